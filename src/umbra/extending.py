@@ -15,7 +15,7 @@ from umbra.devices.by_points import PointDevice
 from umbra.errors import InputError
 from umbra.lights import Lights, find_directions
 from umbra.readers.added import Reader
-from umbra.receivers.placed import PlacedKind, PlacedSamples
+from umbra.receivers.placed import PlacedKind, PlacedSamples, find_ground_heights
 from umbra.scene import Mesh, Part, Scene
 from umbra.study.measures import Asked, Measure, Quantity
 from umbra.study.result import Study
@@ -37,4 +37,5 @@ __all__ = [
     "Scene",
     "Study",
     "find_directions",
+    "find_ground_heights",
 ]

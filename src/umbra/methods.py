@@ -81,7 +81,9 @@ METHODS = {
         ("auto", "z-pass", "z-fail", "lengyel", "mcguire"),
         ("alpha", "screen", "max", "half"),
     ),
-    "wgpu": Methods("wgpu device", ("auto", "z-pass", "z-fail", "lengyel", "mcguire"), soft=()),
+    "wgpu": Methods(
+        "wgpu device", ("auto", "z-pass", "z-fail", "lengyel", "mcguire"), soft=SOFT[:1]
+    ),
 }
 """Methods by device name."""
 

@@ -11,7 +11,8 @@ An object is loaded when its name is asked for, and never before: a package that
 or named twice costs nothing but a line where it is used.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
@@ -22,7 +23,7 @@ from umbra.packages import NAME
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
-__all__ = ["Registry", "add_note", "list_added", "take_notes"]
+__all__ = ["Offer", "Registry", "add_note", "list_added", "take_notes"]
 
 T = TypeVar("T")
 _notes: list[str] = []
@@ -53,6 +54,28 @@ def list_added(what: str) -> list[str]:
     return sorted({entry_point.name for entry_point in entry_points(group=name_group(what))})
 
 
+@dataclass(frozen=True)
+class Offer:
+    """
+    What a package offers by one entry point.
+
+    Parameters
+    ----------
+    what, name : str
+        ``"measure"``, ``"openness"``.
+    package, version : str
+        Of the distribution.
+    reason : str
+        Why it cannot be used; empty if it can.
+    """
+
+    what: str
+    name: str
+    package: str
+    version: str
+    reason: str = ""
+
+
 class Registry(Generic[T]):
     """
     Objects of one group of entry points, loaded when they are asked for.
@@ -69,14 +92,16 @@ class Registry(Generic[T]):
         The base class in ``umbra.extending`` that packages take.
     needs : sequence of str
         Attributes that each has.
+    spell : callable
+        Returns the name that is asked for, of an entry point's: endings may have their dot.
     """
 
     def __init__(
         self, what: str, option: str, own: Mapping[str, str], base: type[Any], advice: str,
-        needs: Sequence[str] = ("name",),
+        needs: Sequence[str] = ("name",), spell: Callable[[str], str] = str,
     ) -> None:  # fmt: skip
         self.what, self.option, self._own = what, option, own
-        self._base, self._advice, self._needs = base, advice, needs
+        self._base, self._advice, self._needs, self._spell = base, advice, needs, spell
         self.group = name_group(what)
         self._loaded: dict[str, T] = {}
 
@@ -92,7 +117,7 @@ class Registry(Generic[T]):
 
         by_name: dict[str, list[EntryPoint]] = {}
         for entry_point in entry_points(group=self.group):
-            by_name.setdefault(entry_point.name, []).append(entry_point)
+            by_name.setdefault(self._spell(entry_point.name), []).append(entry_point)
         return {
             name: tuple(sorted(several, key=_name_package)) for name, several in by_name.items()
         }
@@ -117,6 +142,38 @@ class Registry(Generic[T]):
         if name not in self._loaded:
             self._loaded[name] = self._load(name)
         return self._loaded[name]
+
+    def name_package(self, name: str) -> str:
+        """Return the name of the package that offers what has a name; nothing of umbra's own."""
+        return "" if name in self._own else _name_package(self.added[name][0])
+
+    def list_offers(self, taken: Collection[str] = ()) -> list[Offer]:
+        """
+        List what packages offer, in use or not; each is loaded, to say whether it can be.
+
+        ``taken`` are umbra's own names that are not of this registry.
+        """
+        return [
+            Offer(
+                self.what, name, _name_package(point), point.dist.version if point.dist else "",
+                self._find_fault(name, point, points[0], taken),
+            )
+            for name, points in sorted(self.added.items()) for point in points
+        ]  # fmt: skip
+
+    def _find_fault(
+        self, name: str, point: "EntryPoint", first: "EntryPoint", taken: Collection[str]
+    ) -> str:
+        """Return why an entry point is not what its name finds; nothing if it is."""
+        if name in self._own or name in taken:
+            return "umbra's own has this name"
+        if point is not first:
+            return f"'{_name_package(first)}' offers one of this name, which is used"
+        try:
+            self.find(name)
+        except InputError as error:
+            return str(error.data.get("reason", error))
+        return ""
 
     def _load(self, name: str) -> T:
         if not isinstance(name, str) or name not in self:
@@ -164,13 +221,13 @@ class Registry(Generic[T]):
         needed = _find_needed(point)
         if needed:
             msg = f"{lead}: it needs {needed}; install that version, or another of '{package}'"
-            raise InputError(msg, option=self.option, package=package)
+            raise InputError(msg, option=self.option, package=package, reason=f"needs {needed}")
         try:
             return self._accept(point.load())
         except Exception as error:
             reason = f"{type(error).__name__}: {error}"
             msg = f"{lead} ({reason}); update '{package}', or uninstall it"
-            raise InputError(msg, option=self.option, package=package) from error
+            raise InputError(msg, option=self.option, package=package, reason=reason) from error
 
 
 def _name_package(point: "EntryPoint") -> str:

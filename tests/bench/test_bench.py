@@ -89,6 +89,17 @@ def test_an_exponent_is_that_of_the_cost(power):
 
 
 @pytest.mark.usefixtures("opengl")
+def test_gpu_draws_towns_of_any_size_where_there_is_the_memory():
+    given = ("gpu", "--json", "--triangles")
+    (row,) = json.loads(run(*given, "12000").stdout)["frames"]
+    assert (row["triangles"], row["lights"]) == (12_000, 1)
+    assert row["volumes"] > 5_000
+    with pytest.raises(UmbraError, match=r"400000\.3 GB") as caught:
+        CliRunner().invoke(command, [*given, str(10**12)], catch_exceptions=False)
+    assert caught.value.option == "triangles"
+
+
+@pytest.mark.usefixtures("opengl")
 def test_gpu_times_passes_and_compares_counts():
     found = json.loads(run("gpu", "--json").stdout)
     assert set(found["features"]) == {"depth bounds", "timer queries", "reversed depth"}

@@ -11,6 +11,7 @@ from umbra.volume.adjacency import make_caster
 from umbra_benchmarks import wallner
 from umbra_benchmarks.command import command
 from umbra_benchmarks.towers import make_lattice_tower, make_office_tower
+from umbra_benchmarks.wallner_pictures import draw_figure_5, draw_figure_6
 
 
 def run(*arguments):
@@ -31,6 +32,18 @@ def write_boxes(path, boxes):
             "f " + " ".join(str(int(corner) + 8 * k) for corner in face.split()) for face in faces
         ]
     path.write_text("\n".join(lines))
+
+
+@pytest.mark.usefixtures("opengl")
+def test_figures_5_and_6_show_shadows_volumes_and_profile():
+    for draw in (draw_figure_5, draw_figure_6):
+        drawn = np.asarray(draw((96, 72))).astype(int).reshape(72, 3, 96, 3)
+        shadows, volumes, profile = drawn.transpose(1, 0, 2, 3)
+        warmer = (volumes[..., 0] - volumes[..., 2]) > (shadows[..., 0] - shadows[..., 2]) + 20
+        assert warmer.mean() > 0.02
+        levels = np.unique(profile[..., 0])
+        assert len(levels) >= 7  # of 7 and 9 suns
+        assert (profile[..., 0] > 240).mean() > 0.4
 
 
 def test_the_tables_say_what_was_found():

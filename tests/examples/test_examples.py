@@ -207,6 +207,32 @@ def test_realtime_in_your_engine(tmp_path):
 
 
 @pytest.mark.usefixtures("_has_gl")
+def test_scissors_from_above(tmp_path):
+    assert "55% of the frame" in run("scissors_from_above.py", tmp_path)
+    with Image.open(tmp_path / "scissors.png") as picture:
+        drawn = np.asarray(picture.convert("RGB")).astype(int).reshape(360, 3, 480, 3)
+    gold = [(panel[..., 0] > panel[..., 2] + 20).mean() for panel in drawn.transpose(1, 0, 2, 3)]
+    assert gold[0] > 0.15  # endless volumes
+    assert 0.01 < gold[1] < 0.2 * gold[0]  # what the light's range leaves of them
+
+
+def test_realtime_in_wgpu(tmp_path):
+    pytest.importorskip("wgpu", reason="no WebGPU: wgpu is not installed")
+    from umbra.webgpu.adapter import open_adapter  # noqa: PLC0415
+
+    try:
+        open_adapter()
+    except UmbraError as error:
+        pytest.skip(f"no WebGPU: {error}")
+    assert run("realtime_in_wgpu.py", tmp_path).startswith("24 points of a lamp")
+    with Image.open(tmp_path / "own_wgpu_engine.png") as picture:
+        shown = np.asarray(picture.convert("RGB")).astype(int)[310:400, 150:310, 0]
+    is_dark, is_lit = shown < 106, shown > 195  # the shadow of the nearest slab, and the floor
+    assert 0.2 < is_dark.mean() < 0.4 < is_lit.mean()
+    assert len(np.unique(shown[~is_dark & ~is_lit])) > 20  # of the points that reach the penumbra
+
+
+@pytest.mark.usefixtures("_has_gl")
 def test_realtime_in_a_window():
     if shutil.which("Xvfb") is None:
         pytest.skip("Xvfb is missing: no window can be tried")

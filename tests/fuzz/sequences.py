@@ -1,6 +1,8 @@
 """
 Edit views at random for a given time: a kept renderer draws what a fresh one draws.
 
+Sequences take turns: of the window's renderer, and of `umbra.realtime.Renderer`, by name.
+
 ``make fuzz``, or ``python tests/fuzz/sequences.py --seconds 600 --seed 3``. Sequence n of a seed is
 the same each time; where pixels differ, its number and edits are printed.
 """
@@ -13,6 +15,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from support.edits import compare
+from support.named_edits import compare_by_name
 
 from umbra.errors import UmbraError
 from umbra.gl.context import open_device
@@ -28,7 +31,10 @@ def draw_sequences(device, seed, seconds, count=1_000_000):
         if time.monotonic() >= until:
             break
         first, far = 1000 * seed + number, FARS[number % len(FARS)]
-        for step, (done, options, differ) in enumerate(compare(device, first, STEPS, far)):
+        edited = compare(device, first, STEPS, far)
+        if number % 2:
+            edited = compare_by_name(device.handle, first, STEPS, far)
+        for step, (done, options, differ) in enumerate(edited):
             frames += 1
             if differ:
                 failures.append(f"sequence {first}, step {step}: {differ} pixels {done} {options}")
@@ -46,7 +52,7 @@ def main():
     except UmbraError as error:
         print(f"no sequences of edits are drawn: {error}")  # noqa: T201
         return 0
-    with device:
+    with device, device.current():
         frames, failures = draw_sequences(device, given.seed, given.seconds)
     for line in failures:
         print(line)  # noqa: T201

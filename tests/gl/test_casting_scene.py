@@ -1,4 +1,6 @@
-"""Lone casters: volumes that begin just above the ground show the same shadows."""
+"""Where volumes begin and end: just above the ground, and close below it."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -6,8 +8,10 @@ from support.shapes import box, torus_knot
 from support.spheres import make_sphere
 
 from umbra.gl.flags import LOW
+from umbra.gl.frame_counter import GlFrameCounter
 from umbra.gl.scene_renderer import SceneRenderer
 from umbra.gl.selection import VolumeOptions
+from umbra.gl.volume_plan import VolumePlan
 from umbra.scene import Camera, Mesh, Part, directional_light, make_scene, point_light
 
 CAMERA = Camera((0, -40, 26), (0, 0, 2), size=(220, 160), fov=40)
@@ -111,3 +115,49 @@ def test_a_scaled_ball_is_as_large_as_it_is_drawn(device):
         renderer.move(make_scene(places))
         renderer.render(CAMERA, [up])
         assert renderer.statistics[0].low == 0
+
+
+def make_street():
+    """Make blocks that stand on a wide lawn, and a ball above it."""
+    wide = np.array([[-400, -400, 0], [400, -400, 0], [400, 400, 0], [-400, 400, 0.0]])
+    lawn = Part("lawn", "", Mesh(wide, np.array([[0, 1, 2], [0, 2, 3]], np.int32)))
+    blocks = [make_crate(5 * x, 5 * y, -0.5 + (x + y) % 3) for x in range(-3, 3) for y in range(5)]
+    return make_scene([lawn, *blocks, make_ball(0, -6, 4)])
+
+
+@pytest.mark.parametrize(
+    ("light", "is_near"),
+    [
+        (SUN, True),
+        (directional_light((0.9, 0.4, 0.03)), True),
+        (LAMP, True),
+        (point_light((7, -6, 4.2)), False),  # lower than what stands highest
+        (directional_light((1, 0, -0.1)), False),
+    ],
+)
+def test_volumes_end_close_below_what_they_fall_on(device, monkeypatch, light, is_near):
+    views = [CAMERA, replace(CAMERA, eye=(-14, -9, 1.6)), replace(CAMERA, eye=(300, -200, 90))]
+    with GlFrameCounter(make_street(), device=device) as counter:
+        origin = counter.planner.scene.origin
+        lowest, floor = -0.5 - origin[2], counter.planner.casting.floor
+        for camera in views:
+            view, frame = counter.see(camera)
+            counts = counter.count(view, camera, light)
+            end = counter.plan.end + counter.plan.projection.eye[2]
+            room = (lowest - end) / (lowest - floor)
+            assert 0.0 < room < 0.4 if is_near else room == pytest.approx(1.0)
+            monkeypatch.setattr(VolumePlan, "find_bottom", lambda plan, _: plan.bottom)
+            whole = counter.count(view, camera, light)
+            monkeypatch.undo()
+            differs = (counts != whole) & np.isfinite(frame.position).all(-1)
+            assert differs.sum() <= 3  # pixels at an edge
+            assert len(np.unique(counts[np.isfinite(frame.position).all(-1)])) > 1 or not is_near
+
+
+def test_no_volume_ends_above_an_eye(device):
+    below = replace(CAMERA, eye=(0.0, -40.0, -0.9), target=(0.0, 0.0, -0.9))
+    with GlFrameCounter(make_street(), device=device) as counter:
+        view, _ = counter.see(below)
+        counter.count(view, below, SUN)
+        assert counter.planner.casting.floor < -0.9 - counter.planner.scene.origin[2]
+        assert counter.plan.end == counter.plan.bottom

@@ -4,7 +4,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from support.edits import compare
+from support.edits import Edits, compare
 from support.shapes import HOUSE, box
 
 from umbra.gl.geometry import Geometry
@@ -22,6 +22,22 @@ FARS = (0.0, 0.0, 0.0), (85_000.0, 447_000.0, 12.0)
 def test_after_random_edits_no_pixel_differs(device, seed, far):
     for done, options, differ in compare(device, seed, 12, far):
         assert differ == 0, (done, options)
+
+
+@pytest.mark.parametrize("seed", [3, 8])
+def test_a_still_eye_sees_faces_that_a_light_grazes(device, seed):
+    """Of 24 lights one grazes a face: rounded to half a float, its normal turned from the light."""
+    edits = Edits(seed)
+    edits.camera = replace(edits.camera, size=(128, 96))
+    renderers = [SceneRenderer(edits.scene, edits.ground, device=device) for _ in range(2)]
+    with renderers[0] as kept, renderers[1] as fresh:
+        for number in range(24):
+            if number % 8 == 0:
+                edits.edit_camera()
+            edits.edit_sun()
+            kept.draw(edits.camera, edits.lights, samples=4)
+            anew = fresh.render(edits.camera, edits.lights, samples=4)
+            assert np.abs(kept.read().astype(int) - anew).max() <= 1, number
 
 
 SPOT = spot_light((10, 10, 50), (20, 20, 0), 25)

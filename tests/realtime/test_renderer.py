@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from support.named_edits import compare_by_name
 from support.own_engine import cast_sure, frustum, look_at, ortho, to_depth
 from support.shapes import box, sheet
 
@@ -162,6 +163,12 @@ def test_after_edits_no_pixel_differs_from_a_fresh_renderer(context, lights):
                 for x, y in ((20, 15), (5, 25), (30, 10)):
                     one, other = kept.pick(x, y), fresh.pick(x, y)
                     assert (one and one.name) == (other and other.name)
+
+
+@pytest.mark.parametrize("seed", [1001, 2023])
+def test_after_random_edits_by_name_no_pixel_differs_either(context, seed):
+    for done, how, differ in compare_by_name(context, seed, 12):
+        assert differ == 0, (done, how)
 
 
 def test_a_moved_part_of_a_far_scene_stands_where_the_matrix_says(context):

@@ -6,7 +6,7 @@ from support.own_engine import cast_sure, frustum, look_at, ortho, to_depth
 from support.shapes import box, city, stack_of_triangles
 
 from umbra.errors import InputError, UmbraError
-from umbra.realtime import ShadowVolumes
+from umbra.realtime import ShadowVolumes, VolumePlanner
 from umbra.scene import Mesh, Part, directional_light, make_scene, point_light, spot_light
 from umbra.soft import ball_light
 
@@ -171,6 +171,10 @@ def test_what_a_light_reaches_is_within_its_scissor_and_depths(
         low, high = record.depth_bounds
         assert low <= window.min() <= window.max() <= high
         assert (low, high) != (0.0, 1.0)
+        given = (view, projection, lamp)
+        assert volumes.find_reach(frame, *given, depth=depth) == (record.scissor, (low, high))
+        plan = VolumePlanner(town).plan(view, projection, SIZE, lamp, depth=depth)
+        assert (plan.scissor, plan.depth_bounds) == (record.scissor, (low, high))
 
 
 def test_far_from_zero_counts_are_those_of_the_scene(make_engine, context):

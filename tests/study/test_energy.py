@@ -25,7 +25,7 @@ SOURCES = ("irradiation_beam", "irradiation_sky", "irradiation_ground")
 @pytest.fixture(scope="module")
 def opened():
     """A place without neighbours."""
-    return umbra.make_scene(*box((9000, 9000, 0), (9001, 9001, 1)), name="far")
+    return umbra.make_scene(*box((600, 600, 0), (601, 601, 1)), name="far")
 
 
 def find_path(instants=HOURS):
@@ -237,7 +237,7 @@ def test_a_wall_before_a_wall_hides_ground_and_the_ground_does_not(tmp_path, kin
 
 def test_before_and_after_a_proposal(opened, epw):
     tower = Part("tower", "Building", umbra.scene.Mesh(*box((-10, -30, 0), (10, -10, 40))))
-    far = Part("far", "", umbra.scene.Mesh(*box((9000, 9000, 0), (9001, 9001, 1))))
+    far = Part("far", "", umbra.scene.Mesh(*box((600, 600, 0), (601, 601, 1))))
     scene = umbra.make_scene([tower, far])
     asked = {"measure": "irradiation,probable_sun_share", "weather": epw}
     found = measure(scene, look(), proposed=["tower"], **asked)

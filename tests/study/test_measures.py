@@ -5,9 +5,12 @@ import pytest
 
 import umbra
 from umbra.errors import InputError
-from umbra.lights import find_directions
+from umbra.lights import Lights, find_directions
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import StudyOptions, run
+from umbra.study.measures import MEASURES, Measure
+from umbra.study.measures.measure import COLUMN_BYTES, LEAST_TILE
+from umbra.study.setup import Setup
 
 HIGH = 10.0
 
@@ -261,3 +264,32 @@ def test_what_a_proposal_takes_in_tiles_is_that_of_one_piece(street, tmp_path, r
         found = tiles.dataset[name].values
         assert np.array_equal(found, whole[name].values, equal_nan=True)
         assert np.nanmax(found) > 0
+
+
+class Wide(Measure):
+    """Forty sums of a few directions, of which the mean is kept."""
+
+    name, unit, long_name = "wide", "1", "mean of many"
+
+    def make_lights(self, asked):
+        toward, _ = find_directions(16)
+        return Lights.of(toward, np.random.default_rng(1).uniform(0.1, 1, (len(toward), 40)))
+
+    def derive(self, sums, asked):
+        return [sums.mean(0)]
+
+
+def test_tiles_hold_what_sums_have_room_for(monkeypatch):
+    monkeypatch.setitem(MEASURES._loaded, "wide", Wide())
+    scene = make_scene([Part("block", "", box(0, 0, 0, 4, 5, 6))])
+    asked = {"receivers": "ground", "measure": "wide", "size": (300, 300)}
+    whole = umbra.shadow_study(scene, **asked).wide.values
+    room = 4 * COLUMN_BYTES * 40 * LEAST_TILE
+    monkeypatch.setattr("umbra.study.measures.measure.find_memory", lambda: float(room))
+    assert Setup.of(scene, None, StudyOptions(**asked)).request.limit_tiles(4096) == 256
+    assert np.array_equal(umbra.shadow_study(scene, **asked).wide.values, whole, equal_nan=True)
+    monkeypatch.setattr("umbra.study.measures.measure.find_memory", lambda: 0.9 * room)
+    monkeypatch.setitem(MEASURES._loaded, "wide", Wide())
+    with pytest.raises(InputError) as caught:
+        umbra.shadow_study(scene, **asked)
+    assert (caught.value.option, caught.value.columns) == ("measure", 40)

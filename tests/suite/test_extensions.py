@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -104,19 +105,23 @@ def test_the_law_of_a_wall(installed, house, tmp_path):
 
 
 def test_tiles_measure_as_one_piece(installed, house, tmp_path):
-    whole, *_ = study(
+    whole, told, _ = study(
         installed, house, tmp_path / "whole", "--measure", "openness", "--receivers", "ground",
         "--cell", "1", "--extent=-8,-8,24,24", "--ground", "0",
     )  # fmt: skip
     done = run(
         installed, "study", house, "--out", tmp_path / "tiles", "--measure", "openness",
         "--receivers", "ground", "--cell", "1", "--extent=-8,-8,24,24", "--ground", "0",
-        "--tiles", "8m", "--up", "z",
+        "--tiles", "8m", "--up", "z", "--report",
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     tiles = xr.open_zarr(tmp_path / "tiles" / "study.zarr", zarr_format=3, chunks=None)
     assert np.array_equal(tiles.openness.values, whole.openness.values, equal_nan=True)
     assert (tmp_path / "tiles" / "openness.png").exists()
+    report = (tmp_path / "tiles" / "report.html").read_text("utf-8")
+    (_, (_, mean, *_)), _ = find_section(report, "Measures")
+    assert float(mean) == pytest.approx(told["measures"]["openness"]["mean"], abs=1e-3)
+    assert report.count("data:image/png") == 1
 
 
 def test_samples_a_reader_and_an_output_of_packages(installed, tmp_path):
@@ -345,3 +350,141 @@ def test_words_are_those_of_the_studys_own_measures(house):
 
     assert find_attributes("sky_view_factor", 1, other.result.quantities) == {}
     assert find_attributes("sky_view_factor", 1, study.result.quantities) == own
+
+
+PAIR = HOUSE + "".join(
+    f"v {x + 12} {y} {2 * z}\n" for x, y, z in
+    [(0, 0, 0), (8, 0, 0), (8, 6, 0), (0, 6, 0), (0, 0, 7), (8, 0, 7), (8, 6, 7), (0, 6, 7)]
+) + """o tower
+f 9 12 11 10\nf 13 14 15 16\nf 9 10 14 13\nf 10 11 15 14\nf 11 12 16 15\nf 12 9 13 16
+"""  # fmt: skip
+
+
+def find_section(report, words):
+    """Return the rows of the report's table of a measure, and the number of its pictures."""
+    (section,) = [part for part in report.split("<section") if f"<h2>{words}" in part]
+    rows = re.findall(r"<tr[^>]*>(.*?)</tr>", section, re.DOTALL)
+    cells = [re.findall(r"<t[dh][^>]*>(.*?)</t[dh]>", row, re.DOTALL) for row in rows]
+    text = [[re.sub(r"<[^>]+>", "", cell) for cell in row] for row in cells]
+    return text, section.count("<figure>")
+
+
+@pytest.mark.parametrize(
+    ("receivers", "more"), [("ground", ["--cell", "2"]), ("surfaces", ["--spacing", "3"])]
+)
+def test_the_report_shows_a_measure_of_a_package(installed, tmp_path, receivers, more):
+    model = tmp_path / "pair.obj"
+    model.write_text(PAIR)
+    data, told, _ = study(
+        installed, model, tmp_path / "out", "--measure", "sun_hours,openness", "--receivers",
+        receivers, *more, "--proposed", "tower", "--report", "--date", "2026-03-21", "--every",
+        "3h", "--lat", "48", "--lon", "16",
+    )  # fmt: skip
+    (heads, *rows), pictures = find_section(
+        (tmp_path / "out" / "report.html").read_text("utf-8"), "Free share"
+    )
+    assert pictures == 1 + (tmp_path / "out" / "openness_lost.png").exists()
+    assert len(heads) == 8
+    figures = told["measures"]["openness"]
+    lost = data.openness_lost.values
+    assert figures["most_lost"] == pytest.approx(np.nanmax(lost))
+    assert float(rows[0][6]) == pytest.approx(np.nanmax(lost), abs=2e-3)
+    assert float(rows[0][4]) - float(rows[0][5]) == pytest.approx(float(rows[0][1]), abs=2e-3)
+    if receivers == "surfaces":
+        named = {row[0]: row for row in rows[1:]}
+        assert set(named) == {"house", "tower"}
+        parts = dict(zip(data.part.values, data.part_mean_openness.values, strict=True))
+        assert float(named["house"][1]) == pytest.approx(parts["house"], abs=1e-3)
+        assert named["tower"][4:] == [""] * 4  # it is not there before
+
+
+KIND = """
+from umbra.extending import PlacedKind, PlacedSamples
+class Steps(PlacedKind):
+    name, noun, spot = "steps", "steps of the path", "step"
+    def place(self, scene, options):
+        return PlacedSamples([(-3.0, k, 1.0) for k in range(4)], areas=[2.0] * 4)
+"""
+
+
+def test_a_kind_says_its_own_noun(house, tmp_path):
+    write_package(tmp_path, "walk", "receivers", "steps = walk:Steps", KIND)
+    study(
+        tmp_path, house, tmp_path / "out", "--receivers", "steps", "--report", "--no-pictures",
+        "--measure", "sun_hours,sky_view_factor", "--sky-directions", "50", "--date", "2026-03-21",
+        "--every", "3h", "--lat", "48", "--lon", "16",
+    )  # fmt: skip
+    report = (tmp_path / "out" / "report.html").read_text("utf-8")
+    (heads, *rows), _ = find_section(report, "Step by step")
+    assert heads[0] == "step"
+    assert [row[0] for row in rows] == ["step 1", "step 2", "step 3", "step 4"]
+    (_, whole, *_), _ = find_section(report, "Sky view factor")
+    assert whole[0] == "8 m² of steps of the path"
+
+
+def test_a_dot_before_an_ending_is_no_part_of_its_name(tmp_path):
+    write_package(tmp_path, "dotted", "readers", ".TRI = dotted:Tri", READER)
+    model = tmp_path / "model.tri"
+    model.write_text("x")
+    done = run(tmp_path, "inspect", model, "--json")
+    assert json.loads(done.stdout)["vertices"] == 3
+    assert ".tri" in run(tmp_path, "inspect", "--help").stdout
+    other = tmp_path / "model.unknown"
+    other.write_text("x")
+    assert ".tri" in run(tmp_path, "inspect", other).stderr
+
+
+@pytest.mark.parametrize(
+    "returned", ["[Mesh(corners, [(0, 1, 2)])]", "Mesh(corners, [(0, 1, 2)])", "None"]
+)
+def test_a_reader_that_returns_no_parts_is_at_fault_itself(tmp_path, returned):
+    head, _, _ = READER.partition("        return")
+    write_package(
+        tmp_path, "meshes", "readers", "tri = meshes:Tri", f"{head}        return {returned}\n"
+    )
+    model = tmp_path / "model.tri"
+    model.write_text("x")
+    done = run(tmp_path, "inspect", model)
+    assert done.returncode == 2
+    (line,) = done.stderr.splitlines()
+    assert "'meshes'" in line
+    assert "damaged" not in line
+
+
+def test_the_doctor_lists_packages(tmp_path):
+    write_package(tmp_path, "alpha", "measures", "zenith = alpha:Zenith", GOOD)
+    write_package(tmp_path, "beta", "measures", "zenith = beta:Zenith", GOOD)
+    write_package(tmp_path, "broken", "outputs", "gone = broken:Gone", BROKEN["import"])
+    write_package(tmp_path, "later", "readers", ".tri = later:Tri", READER, "umbra-shadows>=99")
+    write_package(tmp_path, "own", "readers", "obj = own:Tri", READER)
+    added = json.loads(run(tmp_path, "doctor", "--json").stdout)["added"]
+    assert {(one["package"], one["what"], one["name"], bool(one["reason"])) for one in added} == {
+        ("alpha", "measure", "zenith", False), ("beta", "measure", "zenith", True),
+        ("broken", "output", "gone", True), ("later", "reader", "tri", True),
+        ("own", "reader", "obj", True),
+    }  # fmt: skip
+    assert {one["version"] for one in added} == {"1.0"}
+    text = run(tmp_path, "doctor").stdout
+    assert all(one["reason"] in text for one in added)
+
+
+COUNTING = """
+import numpy as np
+from umbra.extending import PointDevice
+class Dark(PointDevice):
+    name, title = "dark", "dark"
+    def find_hidden(self, triangles, points, normals, lights):
+        print("asked", len(lights))
+        return np.zeros((len(lights), len(points)), bool)
+"""
+
+
+def test_a_device_is_asked_once_for_all_directions_of_the_sky(house, tmp_path):
+    write_package(tmp_path, "dark", "devices", "dark = dark:Dark", COUNTING)
+    done = run(
+        tmp_path, "render", house, "--axis-up", "z", "--size", "60x40", "--light", "1,2,3,0",
+        "--style", "architectural", "--device", "dark", "--out", tmp_path / "a.png",
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    asked = [int(line.split()[1]) for line in done.stdout.splitlines() if line.startswith("asked")]
+    assert sorted(asked) == [1, 48]

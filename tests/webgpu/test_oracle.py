@@ -7,9 +7,12 @@ from support.judge import Verdicts
 from support.shapes import SCENES, staircase
 
 from umbra.errors import InputError, UmbraError
+from umbra.methods import Softness
 from umbra.scene import Camera, Material, Mesh, Part, directional_light, make_scene, point_light
+from umbra.soft import ball_light
 
 SIZE = (48, 40)
+FEW = Softness(samples=12)
 CAMERAS = [
     Camera((20, -25, 14), (0, 0, 3), size=SIZE),
     Camera((20, -25, 14), (0, 0, 3), size=SIZE, height=30.0),
@@ -62,3 +65,31 @@ def test_what_transmits_is_refused_by_name(make):
     with pytest.raises(InputError, match="'pane'") as caught:
         make(scene)
     assert caught.value.option == "device"
+
+
+@pytest.mark.parametrize("name", ["nested boxes", "cavity"])
+def test_penumbrae_are_shares_of_right_counts(make, name):
+    camera, light, n = CAMERAS[0], ball_light(point_light((8, -3.3, 20)), 1.5), FEW.samples
+    with Judge(None, SCENES[name](), make=make) as scene:
+        verdicts, dark = Verdicts(), 0
+        for point in light.points(n):
+            found, counts = scene.judge(camera, point)
+            verdicts, dark = verdicts + found, dark + (counts != 0)
+        view = scene.counter.look(camera)
+        (share,) = scene.counter.find_visibility(view, camera, [light], "samples", FEW)
+    verdicts.check(most_on_edges=0.02)
+    assert np.array_equal(share, (1 - dark / n).astype(np.float32))
+    assert ((share > 0) & (share < 1)).any()
+
+
+def test_penumbrae_below_300_steps_are_summed_from_floats(make):
+    camera = Camera((-0.3, 1, 30), (-0.3, 1, 0), up=(0, 1, 0), size=(21, 13), height=4.0)
+    light = ball_light(directional_light((0.5, 0, 0.25)), 0.5)
+    with make(make_scene(*staircase()), ground=0.0) as counter:
+        view = counter.look(camera)
+        counts = [counter.count(view, camera, point) for point in light.points(FEW.samples)]
+        (share,) = counter.find_visibility(view, camera, [light], "samples", FEW)
+    dark = (np.array(counts) != 0).mean(0)
+    assert np.max(counts) > 255
+    assert np.array_equal(share, (1 - dark).astype(np.float32))
+    assert ((share > 0) & (share < 1)).any()

@@ -10,7 +10,7 @@ from umbra.sun import Site
 from umbra.window.controls import Controls
 from umbra.window.handles import drag, find_dome, find_handles, find_path, pick, project
 from umbra.window.overlays import PALETTE, find_count_colors, find_scale_ticks
-from umbra.window.view_painter import Pacing
+from umbra.window.pacing import Pacing
 from umbra.window.view_state import SUN, make_view
 
 SIZE = (800, 600)

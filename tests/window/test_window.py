@@ -18,14 +18,16 @@ from support.shapes import box
 from umbra import read
 from umbra.gl.scene_renderer import SceneRenderer
 from umbra.ground.choice import find_ground
+from umbra.scene.pale import PALENESS, STUDIO, TABLE, expose_suns, make_pale
 from umbra.window.handles import find_handles, project
-from umbra.window.view_painter import SMOOTH
+from umbra.window.pacing import SMOOTH
 from umbra.window.view_state import SUN
 
 PANEL = 290
 SIZE = (1280 - PANEL, 800)
-TIME_SLIDER = (105, 276, 118)  # left, right and middle of the panel's slider
-DETAIL = (190, 386)  # the middle of the slider in a row of its own, below the size of masks
+TIME_SLIDER = (105, 275, 159)  # left, right and middle of the panel's slider
+COUNTING = (150, 477)  # the heading of the section that holds
+DETAIL = (190, 555)  # the middle of the slider in a row of its own, below the size of masks
 
 
 @pytest.fixture
@@ -34,6 +36,21 @@ def model(tmp_path):
     path = tmp_path / "model.obj"
     save_obj(path, {"tower": box((0, 0, 0), (2, 2, 6)), "hut": box((4, 0, 0), (5, 1, 1))})
     return path
+
+
+@contextlib.contextmanager
+def draw_pale(model):
+    """Draw pictures as the window does, by the renderer alone: pale, its suns exposed."""
+    ground = find_ground(read(model))
+    scene = make_pale(ground.scene, PALENESS, TABLE)
+    with SceneRenderer(scene, ground.level, ground_color=TABLE) as renderer:
+
+        def draw(camera, lights, method="auto", *, samples=SMOOTH):
+            renderer.still.forget()
+            renderer.draw(camera, expose_suns(lights), method, samples=samples, sky=STUDIO)
+            return renderer.read()
+
+        yield draw
 
 
 def open_desk(display, model, *more):
@@ -79,11 +96,9 @@ def test_orbit_keys_slider_screenshot_and_close(display, model):
     assert sorted(path.name for path in model.parent.iterdir()) == [
         "model.obj", "model.png", "model.view.json"
     ]  # fmt: skip
-    ground = find_ground(read(model))
-    with SceneRenderer(ground.scene, ground.level) as renderer:
+    with draw_pale(model) as draw:
         lights = list(wanted.shining().values())
-        camera = wanted.viewpoint.camera(SIZE)
-        expected = renderer.render(camera, lights, wanted.method, samples=SMOOTH)
+        expected = draw(wanted.viewpoint.camera(SIZE), lights, wanted.method)
     assert picture.shape == expected.shape
     apart = np.abs(picture.astype(int) - expected).max(2)
     assert (apart > 1).mean() < 1e-4
@@ -128,11 +143,10 @@ def test_the_sun_goes_behind_the_land_of_a_file(display, model):
         desk.press(*["Left"] * 16, "p")  # four hours earlier
         noon = np.asarray(Image.open(desk.wait_for("model-2.png"))).astype(int)
         assert desk.close() == (0, "", "")
-    ground = find_ground(read(model))
-    with SceneRenderer(ground.scene, ground.level) as renderer:
+    with draw_pale(model) as draw:
         camera = view.viewpoint.camera(SIZE)
         expected = [
-            renderer.render(camera, lights, samples=SMOOTH).astype(int)
+            draw(camera, lights).astype(int)
             for lights in ([], list(desk_at(view, 750).shining().values()))
         ]
     for found, known in zip((dark, noon), expected, strict=True):
@@ -176,19 +190,19 @@ def test_walk_play_cpu_and_rest(display, model):
 def test_edges_are_smooth_once_nothing_moves(display, model):
     with open_desk(display, model, "--date", "2026-06-21", "--at", "09:00") as desk:
         view = desk.view()
-        ground = find_ground(read(model))
-        with SceneRenderer(ground.scene, ground.level) as renderer:
+        with draw_pale(model) as draw:
             lights, camera = list(view.shining().values()), view.viewpoint.camera(SIZE)
-            jagged, smooth = (renderer.render(camera, lights, samples=n) for n in (1, SMOOTH))
+            jagged, smooth = (draw(camera, lights, samples=n) for n in (1, SMOOTH))
         differs = np.abs(jagged.astype(int) - smooth).max(2) > 30
         differs[:120] = False  # the legend
         assert differs.sum() > 300
         until, apart = time.monotonic() + 30, 255.0
-        while apart > 1 and time.monotonic() < until:
+        while apart > 5 and time.monotonic() < until:
             time.sleep(0.5)
             shown = desk.look()[:, PANEL:]
-            apart = np.abs(shown.astype(int) - smooth)[differs].max(1).mean()
-        assert apart <= 1
+            levels = np.abs(shown.astype(int) - smooth)[differs].max(1)
+            apart = 100 * (levels > 1).mean()  # compass and hours lie over some edges
+        assert apart <= 5
         assert desk.close()[0] == 0
 
 
@@ -197,13 +211,16 @@ def test_the_part_under_the_mouse_casts_or_not(display, model):
         first = desk.view()
         assert first.no_cast == {1}
         assert first.detail == 1.25
+        desk.drag(COUNTING, COUNTING)
         desk.drag((DETAIL[0] - 20, DETAIL[1]), DETAIL, slowly=True)
         coarse = desk.view()
         assert coarse.detail == pytest.approx(4.0, abs=1.0)
         assert coarse.mask_scale == 1
         (place,) = project(first.viewpoint.camera(SIZE), np.array([[1.0, 1, 3]]))
         display.do("mousemove", round(PANEL + place[0]), round(place[1]))
-        desk.press("x")
+        until = time.monotonic() + 60  # the panel lets the mouse go some frames after a drag
+        while desk.view().no_cast == {1} and time.monotonic() < until:
+            desk.press("x")
         assert desk.view().no_cast == {0, 1}
         desk.press("x", "5", "r")
         shown = desk.view()

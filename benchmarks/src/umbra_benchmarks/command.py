@@ -71,7 +71,7 @@ def _parse_pythons(
 @click.option(
     "--pictures",
     type=click.Path(file_okay=False, path_type=Path),
-    help="Save here what each side of gl frames draws, or figures of weng or roettger.",
+    help="Save here what each side of gl frames draws, or figures of roettger, wallner or weng.",
 )
 @click.option(
     "--out",
@@ -85,6 +85,13 @@ def _parse_pythons(
     multiple=True,
     help="Measure this file too; for walls and wallner, may be repeated.",
 )
+@click.option(
+    "--triangles",
+    type=click.IntRange(12),
+    multiple=True,
+    metavar="N",
+    help="Measure frames of a town of so many triangles alone; for gpu, may be repeated.",
+)
 def command(
     name: str,
     as_json: bool,
@@ -97,6 +104,7 @@ def command(
     pictures: Path | None,
     out: Path | None,
     models: tuple[Path, ...],
+    triangles: tuple[int, ...],
 ) -> None:
     """
     Measure umbra against its peers, in turn in one process.
@@ -109,7 +117,8 @@ def command(
     hundred spheres and a moving lamp, against OGRE and Blender's Workbench. motion
     measures gl frames in which a sun, 64 lamps, instances or a bending mesh move;
     growth how they cost more with triangles, lights, pixels and stacked volumes; gpu
-    what a graphics card makes of them, pass by pass, its counts beside the CPU's.
+    what a graphics card makes of them, pass by pass, its counts beside the CPU's, and
+    frames of 12.7 and 73.8 million triangles where there is the memory.
 
     The papers' tables, run again: mcguire (what each of three cases draws, and frames
     by each method), roettger (shadow masks without a stencil), wallner (silhouettes
@@ -130,8 +139,12 @@ def command(
         name, PEERS if device == "gl" else ()
     )
     strangers = ({*peers} | {*pythons}) - {*known, "none"}
-    if pictures is not None and device == "cpu" and name not in {"weng", "roettger", "all"}:
-        msg = "--pictures is for frame --device gl, roettger and weng"
+    if (
+        pictures is not None
+        and device == "cpu"
+        and name not in {"roettger", "wallner", "weng", "all"}
+    ):
+        msg = "--pictures is for frame --device gl, roettger, wallner and weng"
         raise click.UsageError(msg)
     if strangers or (peers and not known):
         first = min(strangers, default="")
@@ -145,6 +158,10 @@ def command(
         msg = "--model is for walls, wallner and all"
         raise click.UsageError(msg)
 
+    if triangles and name != "gpu":
+        msg = "--triangles is for gpu"
+        raise click.UsageError(msg)
+
     def say(text: str) -> None:
         echo(text, err=True)
 
@@ -152,7 +169,7 @@ def command(
     default = 2 if quick else 3 if name == "tools" else 5
     run = BenchmarkRun(
         repeat or default, quick, threads=threads, peers=chosen, pythons=pythons,
-        pictures=pictures, models=models, say=say,
+        pictures=pictures, models=models, triangles=triangles, say=say,
     )  # fmt: skip
     # Load only the benchmark that is wanted.
     module = "gl_frame" if device == "gl" else name

@@ -18,11 +18,13 @@ from typing import Any
 import numpy as np
 
 from umbra.cpu.frame import FrameCounter
+from umbra.errors import UmbraError
 from umbra.gl.context import Device, open_device
 from umbra.gl.frame_counter import GlFrameCounter
 from umbra.gl.resources import Timers
 from umbra.gl.scene_renderer import SceneRenderer
 from umbra.gl.selection import VolumeOptions
+from umbra.machine import find_memory, name_memory
 from umbra.scene import Camera, Light, Scene, directional_light, point_light
 from umbra_benchmarks.growth import find_side, look_down, make_stack, make_town_scene
 from umbra_benchmarks.measure import Timing
@@ -35,7 +37,7 @@ from umbra_benchmarks.report import (
 )
 from umbra_benchmarks.skinning import SkinRow, bench_skin
 
-__all__ = ["CountRow", "FrameRow", "GpuReport", "bench_gpu"]
+__all__ = ["ANCHORS", "CountRow", "FrameRow", "GpuReport", "bench_gpu"]
 
 
 @dataclass(frozen=True)
@@ -173,6 +175,12 @@ class GpuReport(BenchmarkReport):
         )
 
 
+ANCHORS = (12_700_000, 73_800_000)
+"""
+Triangles of the largest models of Deves et al. (2018), whose shadows took 20 and 28 ms of a card.
+"""
+BASE_MEMORY, TRIANGLE_MEMORY = 0.3e9, 400.0
+"""What frames of a town take [byte]: without it, and for each triangle."""
 _SIZES = ("triangles", "lights", "samples", "pixels", "depth_bounds", "detail", "volumes")
 
 
@@ -183,46 +191,78 @@ def bench_gpu(run: BenchmarkRun) -> GpuReport:
     Raises
     ------
     UmbraError
-        If there is no OpenGL.
+        If there is no OpenGL, or less memory than the triangles that are asked for need.
     """
-    towns = (25,) if run.quick else (900, 8_333, 83_333)
-    lamps = (1, 3) if run.quick else (1, 8, 64)
     size = 64 if run.quick else 1024
     with open_device() as device:
-        frames = []
-        for boxes in towns:
-            scene, side = make_town_scene(boxes), find_side(boxes)
-            camera = look_down(side, size)
-            for lights, samples in [*product(lamps, (1,)), (1, 4), (1, 8)]:
-                run.say(f"{12 * boxes:,} triangles, {lights} lights, {samples} samples")
-                frames.append(_time_frames(device, scene, camera, lights, samples, run.repeat))
-            if device.has_depth_bounds:
-                for has in (True, False):
-                    run.say(f"{12 * boxes:,} triangles, depth bounds {'on' if has else 'off'}")
-                    with _limiting(device, has=has):
-                        row = _time_frames(
-                            device, scene, camera, lamps[-1], 1, run.repeat, 0.1 * side
-                        )
-                    frames.append(replace(row, depth_bounds=has))
-        rocks = 20 if run.quick else 1000
-        side = 10.0 * np.sqrt(rocks)
-        scene, far = make_rocks(rocks), np.array([0.5, -2.0, 2.5]) * side
-        camera = Camera(far, np.array([side / 2, side / 2, 0.0]), size=(size, size))
-        for detail in 0.0, 1.0, 2.0, 4.0:
-            run.say(f"{rocks} rocks from afar, shadows off by {detail:g} pixels")
-            frames.append(_time_frames(device, scene, camera, 1, 1, run.repeat, detail=detail))
-        run.say("counts")
-        counts = list(_compare_counts(device, towns[0], 64 if run.quick else 512))
-        skins = []
-        for splits in (2,) if run.quick else (4, 6, 7):
-            run.say(f"a skinned mesh of {20 * 4**splits:,} triangles")
-            skins.append(bench_skin(device, splits, run.repeat))
         features = {
             "depth bounds": device.has_depth_bounds,
             "timer queries": device.has_timer_queries and not device.is_software,
             "reversed depth": device.reverses_depth,
         }
+        if run.triangles:
+            frames = list(_time_large(device, run, run.triangles, size))
+            return GpuReport(run, device.renderer, features, frames, (), ())
+        frames = list(_time_scenes(device, run, size))
+        run.say("counts")
+        counts = list(_compare_counts(device, _list_towns(run)[0], 64 if run.quick else 512))
+        skins = []
+        for splits in (2,) if run.quick else (4, 6, 7):
+            run.say(f"a skinned mesh of {20 * 4**splits:,} triangles")
+            skins.append(bench_skin(device, splits, run.repeat))
         return GpuReport(run, device.renderer, features, frames, counts, skins)
+
+
+def _list_towns(run: BenchmarkRun) -> tuple[int, ...]:
+    """List the boxes of each town."""
+    return (25,) if run.quick else (900, 8_333, 83_333)
+
+
+def _time_scenes(device: Device, run: BenchmarkRun, size: int) -> Iterator[FrameRow]:
+    """Time towns by lights, samples and depth bounds, the largest, and rocks from afar."""
+    lamps = (1, 3) if run.quick else (1, 8, 64)
+    for boxes in _list_towns(run):
+        scene, side = make_town_scene(boxes), find_side(boxes)
+        camera = look_down(side, size)
+        for lights, samples in [*product(lamps, (1,)), (1, 4), (1, 8)]:
+            run.say(f"{12 * boxes:,} triangles, {lights} lights, {samples} samples")
+            yield _time_frames(device, scene, camera, lights, samples, run.repeat)
+        if device.has_depth_bounds:
+            for has in (True, False):
+                run.say(f"{12 * boxes:,} triangles, depth bounds {'on' if has else 'off'}")
+                with _limiting(device, has=has):
+                    row = _time_frames(device, scene, camera, lamps[-1], 1, run.repeat, 0.1 * side)
+                yield replace(row, depth_bounds=has)
+    if not run.quick:
+        yield from _time_large(device, run, ANCHORS, size)
+    rocks = 20 if run.quick else 1000
+    side = 10.0 * np.sqrt(rocks)
+    scene, far = make_rocks(rocks), np.array([0.5, -2.0, 2.5]) * side
+    camera = Camera(far, np.array([side / 2, side / 2, 0.0]), size=(size, size))
+    for detail in 0.0, 1.0, 2.0, 4.0:
+        run.say(f"{rocks} rocks from afar, shadows off by {detail:g} pixels")
+        yield _time_frames(device, scene, camera, 1, 1, run.repeat, detail=detail)
+
+
+def _time_large(
+    device: Device, run: BenchmarkRun, sizes: Sequence[int], size: int
+) -> Iterator[FrameRow]:
+    """Time towns of so many triangles under the sun, where there is the memory; say how much."""
+    for triangles in sizes:
+        boxes = max(triangles // 12, 1)
+        taken, held = BASE_MEMORY + 12 * boxes * TRIANGLE_MEMORY, find_memory()
+        needs = f"{12 * boxes:,} triangles need {taken / 1e9:.1f} GB and {name_memory(held)}"
+        if taken > held and run.triangles:
+            msg = f"{needs}; ask for fewer (--triangles)"
+            raise UmbraError(msg, option="triangles", needed=taken, held=held)
+        if taken > held:
+            run.say(f"{needs}: left out")
+        elif device.is_software and not run.triangles:
+            run.say(f"{needs}: left out in software; --triangles {triangles} measures them")
+        else:
+            run.say(needs)
+            scene, camera = make_town_scene(boxes), look_down(find_side(boxes), size)
+            yield _time_frames(device, scene, camera, 1, 1, run.repeat)
 
 
 @contextmanager

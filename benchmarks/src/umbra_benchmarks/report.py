@@ -45,6 +45,8 @@ class BenchmarkRun:
         A folder for the pictures of each side.
     models : sequence of Path
         Files to measure besides the benchmark's own scenes.
+    triangles : sequence of int
+        For gpu: sizes of the only towns to measure.
     say : callable
         Told what is measured next, and what cannot be.
     """
@@ -56,6 +58,7 @@ class BenchmarkRun:
     pythons: Mapping[str, Path] = field(default_factory=dict)
     pictures: Path | None = None
     models: Sequence[Path] = ()
+    triangles: Sequence[int] = ()
     say: Callable[[str], object] = lambda _: None
 
 

@@ -31,6 +31,7 @@ from umbra_benchmarks.report import (
 )
 from umbra_benchmarks.scenes import SquareModel, make_boulder, make_suns, make_town
 from umbra_benchmarks.towers import make_lattice_tower, make_office_tower
+from umbra_benchmarks.wallner_pictures import draw_figure_5, draw_figure_6
 
 __all__ = ["Searched", "Wallner", "bench_wallner"]
 
@@ -202,12 +203,15 @@ def bench_wallner(run: BenchmarkRun) -> Wallner:
 
     The suns are those over Vienna on 18 September from 09:00 to 17:00, as in the paper's
     figure 7. Adjacency and trees are built before the clock starts. Parts of the first of the
-    run's models, with as many triangles as the paper's industry area, replace its boxes.
+    run's models, with as many triangles as the paper's industry area, replace its boxes. Its
+    figures 5 and 6 are drawn where pictures are asked for.
 
     Raises
     ------
     InputError
         If a model cannot be read.
+    UmbraError
+        If there is no OpenGL for pictures.
     """
     import umbra  # noqa: PLC0415
 
@@ -219,6 +223,12 @@ def bench_wallner(run: BenchmarkRun) -> Wallner:
     for name, printed, make in _list_casters(scenes, run.quick):
         run.say(name)
         rows.append(_measure(name, printed, make(), suns, run.repeat))
+    if run.pictures is not None:
+        run.say("figures 5 and 6")
+        run.pictures.mkdir(parents=True, exist_ok=True)
+        size = (96, 72) if run.quick else (640, 480)
+        draw_figure_5(size).save(run.pictures / "wallner_figure_5.png")
+        draw_figure_6(size).save(run.pictures / "wallner_figure_6.png")
     return Wallner(run, rows, len(suns))
 
 

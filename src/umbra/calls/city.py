@@ -123,10 +123,13 @@ class CityStudy:
         return judge_city(self.job, rules)
 
     def tell_hours(self) -> list[str]:
-        """Tell the hours of sun of each date, and of what area they are."""
+        """Tell the hours of sun of each date, of what area they are, and each measure."""
         from umbra.writers.city.city_figures import find_figures, tell_city_hours  # noqa: PLC0415
+        from umbra.writers.city.city_measures import tell_city_measures  # noqa: PLC0415
 
-        return tell_city_hours(find_figures(self.folder), self.job.open().period)
+        figures = find_figures(self.folder)
+        hours = tell_city_hours(figures, self.job.open().period)
+        return [*hours, *tell_city_measures(figures, self.job.options.quantities)]
 
     def write_told(
         self,

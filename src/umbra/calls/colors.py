@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from umbra.calls.openness import find_openness
 from umbra.calls.picture_options import DrawingOptions
-from umbra.calls.styles import PAPER, Backdrop, Style, make_pale
+from umbra.calls.styles import Backdrop, Style
 from umbra.cpu.shade import encode_srgb, find_colors
 from umbra.devices import find_device
 from umbra.drawing import SeenModel
@@ -22,6 +22,7 @@ from umbra.rays import VisibleSurface
 from umbra.rays.depth import GROUND, NOTHING
 from umbra.scene import Camera, Light, Scene
 from umbra.scene.camera import GROUND_COLOR, Sky
+from umbra.scene.pale import PAPER, make_pale
 
 __all__ = ["color_page"]
 

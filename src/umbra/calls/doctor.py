@@ -9,6 +9,8 @@ import json
 import platform
 import subprocess
 import sys
+from collections.abc import Sequence
+from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
@@ -18,9 +20,10 @@ from umbra.gl.context import open_device
 from umbra.gl.target import Target
 from umbra.machine import HOME, count_cores, make_command
 from umbra.packages import write_install
+from umbra.registry import Offer, Registry
 from umbra.version import __version__
 
-__all__ = ["examine", "probe", "tell"]
+__all__ = ["examine", "list_offers", "probe", "tell"]
 
 _PACKAGES = ("numpy", "numba", "moderngl", "glcontext", "glfw", "imgui-bundle", "lavavu-osmesa")
 _SECONDS = 60
@@ -60,9 +63,28 @@ def examine() -> dict[str, Any]:
         "cpu": {"runs": True, "cores": count_cores()},
         "gl": {"runs": bool(runs), "backends": backends},
         "packages": packages,
+        "added": [asdict(offer) for offer in list_offers()],
         "cache": _find_cache(),
         "advice": advice,
     }
+
+
+def list_offers() -> list[Offer]:
+    """List what packages installed beside umbra offer, and why some of it cannot be used."""
+    from umbra import devices, receivers  # noqa: PLC0415 - the checks of drivers need none
+    from umbra.readers import added, formats  # noqa: PLC0415
+    from umbra.study.measures import MEASURES  # noqa: PLC0415
+    from umbra.writers import folder, outputs  # noqa: PLC0415
+
+    endings = [ending.removeprefix(".") for ending in formats.BY_ENDING]
+    taken: list[tuple[Registry[Any], Sequence[str]]] = [
+        (MEASURES, ()),
+        (receivers.REGISTRY, ("auto",)),
+        (devices.REGISTRY, devices.CHOICES),
+        (added.REGISTRY, endings),
+        (outputs.REGISTRY, folder.NAMES),
+    ]
+    return [offer for registry, own in taken for offer in registry.list_offers(own)]
 
 
 def _find_cache() -> dict[str, Any]:

@@ -49,9 +49,10 @@ def find_openness(
     rows, cols = frame.part.shape
     normal = np.nan_to_num(frame.normal.astype(np.float32))
     reached, whole = np.zeros((2, rows, cols), np.float32)
-    for toward in find_sky_directions(count):
+    directions = find_sky_directions(count)
+    lights = [directional_light(toward) for toward in directions]
+    for toward, shadows in zip(directions, counter.count_all(view, camera, lights), strict=True):
         cosine = np.maximum(normal @ toward.astype(np.float32), 0.0)
-        shadows = counter.count(view, camera, directional_light(toward), "auto")
         whole += cosine
         reached += np.where(shadows == 0, cosine, np.float32(0))
     share = np.where(whole > 0, reached / np.maximum(whole, np.float32(1e-9)), np.float32(1))

@@ -236,7 +236,8 @@ def draw_picture(
     from umbra.calls.antialiasing import PictureLights, average_colors  # noqa: PLC0415
     from umbra.calls.finish import finish  # noqa: PLC0415
     from umbra.calls.lines import LineFinder  # noqa: PLC0415
-    from umbra.calls.styles import Backdrop, choose_style, expose_suns, find_sky, make_pale  # noqa: PLC0415
+    from umbra.calls.styles import Backdrop, choose_style, expose_lights, find_sky  # noqa: PLC0415
+    from umbra.scene.pale import make_pale  # noqa: PLC0415
     from umbra.soft import size_lights  # noqa: PLC0415
     from umbra.writers.typeface import note_missing  # noqa: PLC0415
 
@@ -265,7 +266,7 @@ def draw_picture(
         view, frame = counter.see(camera)
         _warn_of_view(scene, camera, frame, threads, warn, is_assumed=options.ground is None)
         shadows = PictureLights(
-            counter, expose_suns(shining, style), sized, options, style,
+            counter, expose_lights(shining, style), sized, options, style,
             None if style.is_plain and not options.transparent else backdrop,
             LineFinder(scene) if style.has_lines else None, sky,
         )  # fmt: skip

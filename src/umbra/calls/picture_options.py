@@ -149,7 +149,7 @@ class RenderOptions(DrawingOptions):
     method: str = _counting("text", _tell_methods(), default="auto", metavar="NAME")
     device: str = _counting(
         "text",
-        "Device that counts: cpu (auto), gl, which is OpenGL, or wgpu, WebGPU (hard shadows).",
+        "Device that counts: cpu (auto), gl, which is OpenGL, or wgpu, WebGPU.",
         default="auto", metavar="NAME", registry="device",
     )  # fmt: skip
     soft: str | None = _lights(

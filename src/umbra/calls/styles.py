@@ -10,37 +10,21 @@ from numpy.typing import NDArray
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import NOTHING
 from umbra.scene import Camera, Light, Scene
-from umbra.scene.camera import BOUNCE, DAY, GROUND_COLOR, NIGHT, Sky, choose_sky
+from umbra.scene.camera import DAY, GROUND_COLOR, NIGHT, Sky, choose_sky
 from umbra.scene.mesh import ADDED_GROUND
+from umbra.scene.pale import PALENESS, PAPER, STUDIO, expose_suns, has_looks
 
 __all__ = [
-    "PAPER",
     "STYLES",
     "Backdrop",
     "Style",
     "choose_style",
-    "expose_suns",
+    "expose_lights",
     "find_sky",
-    "make_pale",
 ]
 
-_PLASTER = np.array((0.86, 0.83, 0.78))  # linear RGB, warm as paper
-PAPER = (0.90, 0.87, 0.82)
-"""Of a ground that the picture adds; linear RGB."""
 _NEAR, _FAR = 0.8, 3.0  # from the model's centre, where the ground begins and ends to fade [radii]
 _HIGH = 0.5  # sine of the altitude at which the sky has its full colour
-
-
-STUDIO = Sky((0.50, 0.64, 0.88), (0.93, 0.925, 0.91), BOUNCE, 0.13)
-"""Of pale pictures: a warm horizon, and blue light in shadows, little enough for their contrast."""
-_RISE, _BRIGHTEST = 0.72, 2.4
-"""
-Sine of the sun's altitude below which its light is raised, and by how much at most: as a photograph
-is exposed, so that lit ground is about as bright at all times of day.
-"""
-
-
-_WARM = (1.03, 1.0, 0.94)  # of their light: shadows are blue beside it
 
 
 @dataclass(frozen=True)
@@ -67,7 +51,7 @@ class Style:
 STYLES = {
     "plain": Style(),
     "material": Style(directions=48, has_ground=True),
-    "architectural": Style(directions=48, has_lines=True, has_ground=True, paleness=0.72),
+    "architectural": Style(directions=48, has_lines=True, has_ground=True, paleness=PALENESS),
 }
 """By the names that ``style=`` takes."""
 
@@ -80,10 +64,7 @@ def choose_style(name: str, scene: Scene, *, is_bare: bool) -> Style:
     it shows what the arrays hold.
     """
     if name == "auto":
-        has_looks = any(
-            part.material.images or part.material.roughness is not None for part in scene.parts
-        )
-        name = "plain" if is_bare else "material" if has_looks else "architectural"
+        name = "plain" if is_bare else "material" if has_looks(scene) else "architectural"
     return replace(STYLES[name], has_ground=STYLES[name].has_ground and not is_bare)
 
 
@@ -100,34 +81,9 @@ def find_sky(lights: Sequence[Light], style: Style, tell: Callable[[str], object
     return sky
 
 
-def expose_suns(lights: Sequence[Light], style: Style) -> list[Light]:
+def expose_lights(lights: Sequence[Light], style: Style) -> list[Light]:
     """Return the lights with low suns as bright as a photograph shows them, in pale pictures."""
-    if not style.paleness:
-        return list(lights)
-    exposed = []
-    for light in lights:
-        times = 1.0
-        if not light.is_point:
-            rise = float(light.position[2] / np.linalg.norm(light.position[:3]))
-            times = min(max(_RISE / max(rise, 1e-3), 1.0), _BRIGHTEST)
-        red, green, blue = (times * np.multiply(light.color, _WARM)).tolist()
-        exposed.append(replace(light, color=(red, green, blue)))
-    return exposed
-
-
-def make_pale(scene: Scene, share: float) -> Scene:
-    """Return the scene for shading alone, its colours mixed with plaster."""
-    if not share:
-        return scene
-    parts = []
-    for part in scene.parts:
-        if part.kind in ADDED_GROUND:  # it has the colour of a plane
-            parts.append(part)
-            continue
-        color = share * _PLASTER + (1 - share) * np.array(part.material.color)
-        red, green, blue = color.tolist()
-        parts.append(replace(part, material=replace(part.material, color=(red, green, blue))))
-    return replace(scene, parts=tuple(parts))
+    return expose_suns(lights) if style.paleness else list(lights)
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,6 +17,7 @@ from umbra.registry import list_added
 __all__ = [
     "LENGTH",
     "SIZE",
+    "FilesArgument",
     "HeadedOption",
     "Length",
     "NewPath",
@@ -208,6 +209,18 @@ class HeadedOption(click.Option):
         return super().type_cast_value(ctx, value)
 
 
+class FilesArgument(click.Argument):
+    """The files of models, whose formats the help lists, those of packages among them."""
+
+    heading = "Reading"
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str]:
+        """Return the argument, and the formats that are read."""
+        from umbra.readers.formats import tell_formats  # noqa: PLC0415  (only the help lists them)
+
+        return self.make_metavar(ctx), f"Of {tell_formats()}."
+
+
 class SectionedCommand(click.Command):
     """
     A command whose help lists its options under headings.
@@ -229,8 +242,8 @@ class SectionedCommand(click.Command):
         sections: dict[str, list[tuple[str, str]]] = {heading: [] for heading in self.headings}
         for parameter in self.get_params(ctx):
             record = parameter.get_help_record(ctx)
-            # click gives a record of arguments, too, which the usage shows.
-            if record is not None and isinstance(parameter, click.Option):
+            # click gives a record of every argument, which the usage shows.
+            if record is not None and isinstance(parameter, (click.Option, FilesArgument)):
                 heading = getattr(parameter, "heading", self.headings[-1])
                 sections[heading].append((record[0].ljust(_WIDTH), record[1]))
         for heading, records in sections.items():

@@ -8,7 +8,13 @@ import click
 
 from umbra.calls.massing_options import EnvelopeOptions
 from umbra.cli.click_options import HeadedOption, NewPath, SectionedCommand, record_options
-from umbra.cli.reading import find_model_site, read_model, reading_options, site_options
+from umbra.cli.reading import (
+    files_argument,
+    find_model_site,
+    read_model,
+    reading_options,
+    site_options,
+)
 from umbra.cli.terminal import echo, echo_json, echo_path, name_reading, show_progress
 from umbra.errors import InputError, write_for_shell
 from umbra.machine import load_compiler
@@ -28,7 +34,7 @@ def _option(*names: str, heading: str, **more: Any) -> Any:
 
 
 @click.command("envelope", cls=SectionedCommand, headings=HEADINGS)
-@click.argument("files", nargs=-1, required=True, metavar="FILE...")
+@files_argument
 @record_options(EnvelopeOptions, optional=("plot",))
 @_option(
     "--max-height", "part", heading="Plot", metavar="PART",

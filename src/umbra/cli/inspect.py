@@ -4,7 +4,8 @@ from collections.abc import Sequence
 
 import click
 
-from umbra.cli.reading import read_model, reading_options
+from umbra.cli.click_options import SectionedCommand
+from umbra.cli.reading import files_argument, read_model, reading_options
 from umbra.cli.terminal import echo, echo_json, name_reading, show_progress
 from umbra.errors import fit_names
 from umbra.machine import load_compiler
@@ -14,8 +15,8 @@ __all__ = ["command"]
 _MOST = 10  # rows of a table for a person who does not ask for --all
 
 
-@click.command("inspect")
-@click.argument("files", nargs=-1, required=True, metavar="FILE...")
+@click.command("inspect", cls=SectionedCommand, headings=("Reading", "Options"))
+@files_argument
 @reading_options()
 @click.option("--all", "shows_all", is_flag=True, help="List all parts, layers and tags, not ten.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")

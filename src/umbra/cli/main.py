@@ -117,6 +117,8 @@ def doctor(as_json: bool) -> None:
     """
     Show which devices work on this machine, and what to install for the others.
 
+    Packages installed beside umbra are listed with what they offer.
+
     \b
     Example:
     umbra doctor
@@ -149,6 +151,9 @@ def doctor(as_json: bool) -> None:
         f"cache {cache['folder']}, {cache['files']} files, {cache['bytes'] / 1e6:.1f} MB of at "
         f"most {cache['limit'] / 1e6:.0f} (remove it to clear it; UMBRA_CACHE names another)"
     )
+    for offer in report["added"]:
+        fault = f"; not used: {offer['reason']}" if offer["reason"] else ""
+        echo(f"{offer['package']} {offer['version']}: {offer['what']} '{offer['name']}'{fault}")
     for advice in report["advice"]:
         echo(f"To do: {advice}")
 

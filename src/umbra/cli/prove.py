@@ -15,6 +15,7 @@ from umbra.cli.click_options import (
     take_record,
 )
 from umbra.cli.reading import (
+    files_argument,
     find_model_site,
     read_model,
     read_values,
@@ -37,7 +38,7 @@ HEADINGS = (
 
 
 @click.command("prove", cls=SectionedCommand, headings=HEADINGS)
-@click.argument("files", nargs=-1, required=True, metavar="FILE...")
+@files_argument
 @site_options
 @record_options(ProofOptions)
 @record_options(CityOptions)

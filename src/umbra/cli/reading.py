@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from umbra.calls.reading_options import CanopyOptions, ReadingOptions, SiteOptions
-from umbra.cli.click_options import record_options
+from umbra.cli.click_options import FilesArgument, record_options
 from umbra.cli.terminal import echo
 from umbra.errors import InputError, write_for_shell
 from umbra.option_fields import list_options
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "canopy_options",
+    "files_argument",
     "find_any_site",
     "find_model_site",
     "read_model",
@@ -43,6 +44,11 @@ def read_values(context: click.Context | None = None) -> dict[str, Any]:
 def _add(record: type, **flags: str) -> Callable[[Callable], Callable]:
     return record_options(record, flags, expose_value=False, callback=_remember)
 
+
+files_argument = click.argument(
+    "files", cls=FilesArgument, nargs=-1, required=True, metavar="FILE..."
+)
+"""Adds the files of the model."""
 
 site_options = _add(SiteOptions)
 """Adds the options of the site; ``find_model_site`` uses their values."""

@@ -15,6 +15,7 @@ from umbra.calls.light_options import LightOptions
 from umbra.calls.picture_options import VECTORS, RenderOptions, ShadowOptions
 from umbra.cli.click_options import NewPath, SectionedCommand, record_options, take_record
 from umbra.cli.reading import (
+    files_argument,
     find_model_site,
     read_model,
     reading_options,
@@ -31,7 +32,7 @@ HEADINGS = ("Camera", "Lights", "Film", "Style", "Casters", "Site", "Reading", "
 
 
 @click.command("render", cls=SectionedCommand, headings=HEADINGS)
-@click.argument("files", nargs=-1, required=True, metavar="FILE...")
+@files_argument
 @record_options(CameraOptions)
 @record_options(LightOptions)
 @record_options(FilmOptions)

@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from umbra.cli.click_options import HeadedOption, NewPath, SectionedCommand
-from umbra.cli.reading import find_model_site, read_model, reading_options, site_options, take_site
+from umbra.cli.reading import (
+    files_argument,
+    find_model_site,
+    read_model,
+    reading_options,
+    site_options,
+    take_site,
+)
 from umbra.cli.terminal import echo, echo_json, echo_path, name_reading, show_progress
 from umbra.errors import FLAGS, InputError, find_similar, write_for_shell
 from umbra.machine import load_compiler
@@ -34,7 +41,7 @@ def _option(*names: str, heading: str, **more: Any) -> Any:
 
 
 @click.command("sky", cls=SectionedCommand, headings=HEADINGS)
-@click.argument("files", nargs=-1, required=True, metavar="FILE...")
+@files_argument
 @_option(
     "--at", heading="Place", metavar="X,Y,Z[,NX,NY,NZ]",
     help="The place, in the model's coordinates, and the normal of its plane; default: level.",

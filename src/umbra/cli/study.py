@@ -19,6 +19,7 @@ from umbra.cli.click_options import (
 from umbra.cli.options_file import OPTIONS_FILE, option_file, write_options
 from umbra.cli.reading import (
     canopy_options,
+    files_argument,
     find_any_site,
     read_model,
     read_values,
@@ -49,7 +50,7 @@ _running = partial(click.option, cls=HeadedOption, heading="Running", is_kept=Fa
 
 
 @click.command("study", cls=SectionedCommand, headings=HEADINGS)
-@click.argument("files", nargs=-1, required=True, metavar="FILE...")
+@files_argument
 @option_file
 @site_options
 @record_options(StudyOptions)

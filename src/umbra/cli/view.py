@@ -9,6 +9,7 @@ import click
 from umbra.calls.picture_options import ViewOptions
 from umbra.cli.click_options import HeadedOption, SectionedCommand, record_options, take_record
 from umbra.cli.reading import (
+    files_argument,
     find_model_site,
     read_model,
     read_values,
@@ -26,7 +27,7 @@ HEADINGS = ("Window", "Site", "Lights", "Casters", "Counting", "Reading")
 
 
 @click.command("view", cls=SectionedCommand, headings=HEADINGS)
-@click.argument("files", nargs=-1, required=True, metavar="FILE...")
+@files_argument
 @site_options
 @record_options(ViewOptions)
 @click.option(

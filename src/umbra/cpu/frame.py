@@ -31,6 +31,7 @@ from umbra.scene import Camera, Light, Scene
 from umbra.scene.derived import derive
 from umbra.scene.numbers import read_number
 from umbra.soft import AreaLight, find_method
+from umbra.soft.frames import OneByOne
 from umbra.volume.adjacency import Caster, find_caster
 from umbra.volume.silhouette import find_silhouettes
 
@@ -40,7 +41,7 @@ _STEP = 2.0**-30  # of the largest coordinate
 
 
 @dataclass(eq=False)
-class FrameCounter:
+class FrameCounter(OneByOne):
     """
     Count shadows in frames of one scene.
 

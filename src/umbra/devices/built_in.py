@@ -143,7 +143,7 @@ class _NoTiles(TileCounters):
 
 
 class WgpuDevice(CountingDevice):
-    """WebGPU, by wgpu: hard shadows of frames, on Vulkan, Metal or Direct3D."""
+    """WebGPU, by wgpu: shadows of frames, hard or by samples, on Vulkan, Metal or Direct3D."""
 
     name, title = "wgpu", "WebGPU"
 

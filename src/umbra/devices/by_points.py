@@ -71,7 +71,19 @@ class PointDevice(CountingDevice):
     def ask(
         self, triangles: "NDArray", points: "NDArray", normals: "NDArray", lights: "NDArray"
     ) -> "NDArray[np.uint8]":
-        """Find hidden points; name the device where it fails."""
+        """Find hidden points, ``_POINTS`` at a time; name the device where it fails."""
+        import numpy as np  # noqa: PLC0415 - the command's help needs no NumPy
+
+        hidden = np.zeros((len(lights), len(points)), np.uint8)
+        for first in range(0, len(points), _POINTS):
+            batch = slice(first, first + _POINTS)
+            hidden[:, batch] = self._ask(triangles, points[batch], normals[batch], lights)
+        return hidden
+
+    def _ask(
+        self, triangles: "NDArray", points: "NDArray", normals: "NDArray", lights: "NDArray"
+    ) -> "NDArray[np.uint8]":
+        """Find some hidden points, and check what the device returns."""
         import numpy as np  # noqa: PLC0415 - the command's help needs no NumPy
 
         unit = normals / np.linalg.norm(normals, axis=1, keepdims=True)
@@ -143,12 +155,7 @@ class PointCounter:
         where = self._tile.places
         whole = np.zeros((len(lights), 4))
         whole[:, : lights.shape[1]] = lights
-        masks = np.zeros((len(lights), len(where.points)), np.uint8)
-        for first in range(0, len(where.points), _POINTS):
-            batch = slice(first, first + _POINTS)
-            masks[:, batch] = self._device.ask(
-                self._triangles, where.points[batch], where.normals[batch], whole
-            )
+        masks = self._device.ask(self._triangles, where.points, where.normals, whole)
         return masks.reshape(-1, *self._tile.shape)
 
     def add_weights(

@@ -1,6 +1,6 @@
 """Frames of a scene whose shadows another device finds, point by point."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -44,12 +44,21 @@ class PointFrames(FrameCounter):
         self._methods.check(method)
         if any(camera.offset):  # finer steps at edges, of each of a pixel's samples
             return super().count(view, camera, light)
+        (counts,) = self.count_all(view, camera, [light])
+        return counts
+
+    def count_all(
+        self, view: DepthBuffer, camera: Camera, lights: Sequence[Light]
+    ) -> Iterator[NDArray[np.signedinteger[Any]]]:
+        """Ask the device once for all lights at the pixels' centres."""
         frame = self.locate(view, camera)
         is_seen = view.face != NOTHING
         points = frame.position[is_seen] - self.scene.origin
-        homogeneous = np.asarray(light.local(self.scene.origin), np.float64)[None]
+        origin = self.scene.origin
+        homogeneous = np.array([light.local(origin) for light in lights], np.float64)
         triangles = self.caster.vertices[self.caster.faces]
         hidden = self._find_hidden(triangles, points, frame.normal[is_seen], homogeneous)
-        counts = np.zeros(is_seen.shape, np.int32)
-        counts[is_seen] = hidden[0]
-        return counts
+        for mask in hidden:
+            counts = np.zeros(is_seen.shape, np.int32)
+            counts[is_seen] = mask
+            yield counts

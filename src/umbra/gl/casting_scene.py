@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from umbra.gl.bodies import Body
 from umbra.gl.flags import CUT, LOW, SIDES, VolumeSelection
 from umbra.gl.levels import LevelTable
+from umbra.gl.projection import CameraProjection
 from umbra.kernels import dot, kernel
 from umbra.volume.box_tree import BoxTree
 
@@ -125,6 +126,7 @@ def _find_isolated(balls, light, wanted):
 
 
 _BELOW = 0.002  # distance from lowest receiver to floor, as a fraction of the scene's size
+_ROUNDED = 1e-5  # the same where only float32 is in the way, as a fraction of how far volumes reach
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,10 +210,45 @@ class CastingScene:
         return _BELOW * max(float(np.ptp(self.whole, axis=0).max()), 0.1)
 
     @cached_property
+    def _lowest(self) -> float:
+        low = float(self.whole[0, 2])
+        return low if self.ground is None else min(low, self.ground)
+
+    @cached_property
     def floor(self) -> float:
         """A z, relative to the origin, below every receiver: volumes may end there [m]."""
-        low = float(self.whole[0, 2])
-        return (low if self.ground is None else min(low, self.ground)) - self._slack
+        return self._lowest - self._slack
+
+    def find_end(self, light: NDArray[np.float64], projection: CameraProjection) -> float:
+        """
+        Find how low volumes reach that are counted before the visible surface.
+
+        Their sides have no cap below. So they may end as near to the lowest receiver as float32
+        can tell a place at the far end of a shadow from another: what a side lacks there could only
+        be crossed nearer than that to a shadow's edge.
+
+        Parameters
+        ----------
+        light : (4,) float64
+            Relative to the origin.
+        projection : CameraProjection
+
+        Returns
+        -------
+        end : float
+            z relative to the origin, not below ``floor`` [m].
+        """
+        low, high = self.whole
+        size, top = float(np.linalg.norm(high - low)), float(high[2])
+        # How steep the flattest rays are that pass over the scene.
+        steep = light[2] / np.linalg.norm(light[:3])
+        if light[3]:
+            steep = (light[2] - top) / (light[2] - self.floor) if light[2] > top else 0.0
+        if steep <= 0.0:
+            return self.floor
+        away = float(np.linalg.norm(projection.eye - (low + high) / 2))
+        end = self._lowest - min(_ROUNDED * (away + size + size / float(steep)), self._slack)
+        return end if projection.lowest > end else self.floor
 
     @cached_property
     def isolated(self) -> IsolatedCasters:

@@ -36,13 +36,14 @@ from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
 from umbra.rays.transmission import find_opaque, make_transmitters
 from umbra.scene import Camera, Light, Scene
 from umbra.soft import AreaLight
+from umbra.soft.frames import OneByOne
 
 __all__ = ["GlFrameCounter"]
 
 _SURFACE = Pass(depth_test="less", depth_write=True, color_write=True)
 
 
-class GlFrameCounter(DeviceUser):
+class GlFrameCounter(DeviceUser, OneByOne):
     """
     Count shadows in frames of one scene, on the gl device.
 

@@ -281,6 +281,7 @@ class LightPlans:
             projection=projection,
             light=lamp,
             bottom=float(casting.floor - projection.eye[2]),
+            end=float(casting.find_end(source, projection) - projection.eye[2]),
             top=float(selection.top - projection.eye[2]),
             draws=tuple(draws),
             start=start,

@@ -86,7 +86,8 @@ class Averaging:
         Yield each projection to draw ``targets.drawn`` with, then write the mean.
 
         Before: the drawn target has the samples of ``split_samples``, which gave the offsets.
-        After: ``targets.picture`` holds the mean in sRGB.
+        After: ``targets.picture`` holds the mean in sRGB, summed in floats: samples that differ by
+        one level of 255 give means that do.
         """
         if len(offsets) == targets.drawn.samples == 1:
             yield planner.project(camera)

@@ -107,6 +107,10 @@ class PlannedVolumes:
         Factors of z and w: ``near @ (z, w)`` is a clip distance that every pass needs.
     deepest : int
         Upper bound of the counts; beyond 255 count in floats.
+    scissor : (int, int, int, int), optional
+        Left, bottom, columns, rows [pixels] that the light's range and cone reach, row 0 lowest.
+    depth_bounds : (float, float), optional
+        Lowest and highest depth of that, from 0 to 1.
     """
 
     matrix: NDArray[np.float32]
@@ -116,6 +120,8 @@ class PlannedVolumes:
     start: int
     near: NDArray[np.float32]
     deepest: int
+    scissor: tuple[int, int, int, int] | None = None
+    depth_bounds: tuple[float, float] | None = None
 
 
 _KEEP = "keep"
@@ -225,7 +231,7 @@ def _double(
         vertices[:, 0] = _cut_at(plan.top, places, away)
     vertices[:, 1, :3] = away
     if draw.is_cut:
-        vertices[:, 1] = _cut_at(plan.bottom, places, away)
+        vertices[:, 1] = _cut_at(plan.find_bottom(draw), places, away)
     return vertices.reshape(-1, 4)
 
 

@@ -39,7 +39,7 @@ from umbra.gl.volume_plan import Statistics, VolumePlan
 from umbra.methods import Softness
 from umbra.rays.transmission import find_opaque
 from umbra.scene import Camera, Light, Scene
-from umbra.scene.camera import DAY, Sky, find_exposure
+from umbra.scene.camera import DAY, GROUND_COLOR, Sky, find_exposure
 from umbra.soft import AreaLight, find_middles
 
 __all__ = ["SceneRenderer"]
@@ -67,6 +67,8 @@ class SceneRenderer(DeviceUser):
         Format of light sums; 8 bits show banding with many lights.
     softness : Softness, optional
         Resolution of soft shadows.
+    ground_color : (float, float, float)
+        Of the plane; linear RGB.
     warn : callable
         Called with one line where a forced method is wrong for a view.
 
@@ -105,9 +107,11 @@ class SceneRenderer(DeviceUser):
         two_sided: bool = True,
         accumulate: str = "rgba16f",
         softness: Softness | None = None,
+        ground_color: tuple[float, float, float] = GROUND_COLOR,
         warn: Callable[[str], object] = lambda _: None,
     ) -> None:
         decode_images(scene)
+        self._ground_color = ground_color
         self.choices, self.accumulate, self.warn = choices, accumulate, warn
         self._softness, self._two_sided, self._ground_z = softness, two_sided, ground
         self._casting = casters
@@ -257,7 +261,9 @@ class SceneRenderer(DeviceUser):
         )
         self.masks = MaskCounters(self.device, self.geometry, self.warn)
         self.soft = SoftMethods(self.planner, self.counter, self._softness, self.choices)
-        self.surfaces = SurfaceRenderer(self.device, scene, self.geometry, self._find_solid(scene))
+        self.surfaces = SurfaceRenderer(
+            self.device, scene, self.geometry, self._find_solid(scene), self._ground_color
+        )
         of = self.surfaces
         self.shading = Shading(self.device, is_glossy=of.is_glossy, is_plain=of.is_plain)
         self.passes = LightPasses(self.shading, self.lamps, self._timed)

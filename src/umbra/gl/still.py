@@ -2,8 +2,8 @@
 What a still eye sees, kept from picture to picture while only the light moves.
 
 The second picture of a view stores its surfaces, and the picture in shadow. From then on a picture
-with one light costs its volumes and the light where it reaches, however many triangles are seen.
-No cost while the camera moves.
+with one light costs its volumes and the light where it reaches, however many triangles are seen;
+it may differ by 1 of 255 levels from one drawn anew. No cost while the camera moves.
 """
 
 from collections.abc import Callable

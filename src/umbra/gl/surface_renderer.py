@@ -39,8 +39,8 @@ class SurfaceRenderer:
     """
     Draws a scene's surfaces.
 
-    ``is_solid`` (n_faces,) marks the outward faces of closed components. Raises
-    `InputError` if a texture cannot be decoded.
+    ``is_solid`` (n_faces,) marks the outward faces of closed components, ``ground_color`` is of a
+    plane, linear RGB. Raises `InputError` if a texture cannot be decoded.
 
     Attributes
     ----------
@@ -53,8 +53,9 @@ class SurfaceRenderer:
         scene: Scene,
         geometry: Geometry,
         is_solid: NDArray[np.bool_] | None = None,
+        ground_color: tuple[float, float, float] = GROUND_COLOR,
     ) -> None:
-        self._device, self._geometry = device, geometry
+        self._device, self._geometry, self._ground_color = device, geometry, ground_color
         self._surface = Programs(device, "shaded.vert.glsl", "surface.frag.glsl")
         self._ground = Programs(device, "ground.vert.glsl", "ground.frag.glsl")
         self._images: dict[int, Texture] = {}
@@ -181,7 +182,7 @@ class SurfaceRenderer:
             plane = self._ground.find(*needs, RINGS=RINGS)
             if lamp is not None:
                 lamp.set(plane)
-            shown = {"albedo": np.array(GROUND_COLOR), **projection.rays}
+            shown = {"albedo": np.array(self._ground_color), **projection.rays}
             draw_ground(state, plane, projection, ground, shown)
 
     def draw_layer(

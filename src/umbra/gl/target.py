@@ -358,7 +358,7 @@ class PictureTargets:
     @cached_property
     def sum(self) -> Target:
         """Sum of the samples' linear colours."""
-        return Target(self.device, self.size, ("rgba16f",), depth_of=self.picture)
+        return Target(self.device, self.size, ("rgba32f",), depth_of=self.picture)
 
     @cached_property
     def surface(self) -> Target:
@@ -381,5 +381,10 @@ class PictureTargets:
 
 
 def find_surface_formats(accumulate: str) -> tuple[str, ...]:
-    """Return the formats of a surface target's attachments; light is summed in ``accumulate``."""
-    return accumulate, "rgba32f", "rgba8", "rgba16f"
+    """
+    Return the formats of a surface target's attachments; light is summed in ``accumulate``.
+
+    Normals are whole floats: whether a face is turned from a grazing light must be the same as
+    where surfaces are lit at once.
+    """
+    return accumulate, "rgba32f", "rgba8", "rgba32f"

@@ -207,6 +207,7 @@ class VolumeCounter:
                 program.set(**plan.uniforms())
                 last = plan
             program.set(is_cut=draw.is_cut, is_low=draw.is_low, slack=find_slack(plan, draw))
+            program.set(bottom=plan.find_bottom(draw))
             if programs is self._in_floats:
                 program.set(front=_FRONT[draw.kind])
             for how in self._list_passes(self._find_pass(passes, plan, draw)):

@@ -150,6 +150,8 @@ class VolumePlan:
         each metre from the eye.
     volumes : sequence of BodyVolumes
         Those of the casters themselves, not of their levels of detail; made when looked up.
+    end : float, optional
+        As ``bottom``, of what is counted before the visible surface; ``bottom`` by default.
     """
 
     projection: CameraProjection
@@ -165,6 +167,14 @@ class VolumePlan:
     top: float = 0.0
     slack: tuple[float, float] = (0.0, 0.0)
     volumes: Sequence[BodyVolumes] = ()
+    end: float | None = None
+
+    def find_bottom(self, draw: Draw) -> float:
+        """Return the z, relative to the eye, where a draw's volumes end if they are cut [m]."""
+        # A dark cap has to lie behind what is seen, by its depth; levels of detail begin lower.
+        if self.end is None or draw.kind != Z_PASS or draw.is_coarse:
+            return self.bottom
+        return self.end
 
     def uniforms(self) -> dict[str, object]:
         """Return the uniforms of ``volume.vert.glsl`` shared by all draws."""

@@ -17,7 +17,7 @@ from umbra.readers.budget import make_budget
 from umbra.readers.checks import check_soup, damage_of, errors_of
 from umbra.readers.content import FileContent
 from umbra.readers.file_layers import FileLayer, combine, name_layers, show_name
-from umbra.readers.formats import FORMATS, STREAMED, find_format_kind, load_reader
+from umbra.readers.formats import STREAMED, find_format_kind, load_reader, tell_formats
 from umbra.readers.georeference import locate_bounds
 from umbra.readers.kept import Files, read_kept
 from umbra.readers.model import HEIGHTS, TRUNK, Crowns, FileModel, ReadChoices, state_site
@@ -134,7 +134,7 @@ def read(  # noqa: PLR0913  (each option by its name)
         object meets the box or the area.
     """
     if not paths:
-        msg = f"no file given; name one or more of {FORMATS}"
+        msg = f"no file given; name one or more of {tell_formats()}"
         raise InputError(msg)
     for path in paths:
         if not isinstance(path, (str, os.PathLike)):
@@ -350,7 +350,7 @@ def _make_refusal(path: Path, error: OSError | ValueError) -> InputError:
         if str(path) == "-":
             remedy = "to read from a pipe, name /dev/stdin"
     elif isinstance(error, IsADirectoryError):
-        reason, remedy = "is a folder", f"name a file in it ({FORMATS})"
+        reason, remedy = "is a folder", f"name a file in it ({tell_formats()})"
     else:
         reason = f"cannot be read ({getattr(error, 'strerror', None) or error})"
         remedy = "check the name and its permissions"

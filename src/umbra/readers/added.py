@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import ClassVar
 
-from umbra.errors import InputError, UmbraError
+from umbra.errors import InputError, UmbraError, show_value
 from umbra.readers.model import FileModel, ReadChoices
 from umbra.registry import Registry
 from umbra.scene import Part
@@ -17,7 +17,7 @@ class Reader(ABC):
     """
     Base of readers of a file format.
 
-    A reader is registered by the ending of its files, without the dot.
+    A reader is registered by the ending of its files, with or without the dot.
 
     Attributes
     ----------
@@ -51,7 +51,12 @@ class Reader(ABC):
         """
 
 
-REGISTRY: Registry[Reader] = Registry("reader", "files", {}, Reader, "Reader", ("title",))
+def _spell(name: str) -> str:
+    """Return an ending as files are looked up by it: small letters, without the dot."""
+    return name.removeprefix(".").lower()
+
+
+REGISTRY: Registry[Reader] = Registry("reader", "files", {}, Reader, "Reader", ("title",), _spell)
 """Readers of packages, by the ending of their files."""
 
 
@@ -60,9 +65,21 @@ def read_added(name: str, data: bytes, path: Path, _choices: ReadChoices) -> Fil
     reader = REGISTRY.find(name)
     try:
         parts = tuple(reader.read(data, path))
+        _check_parts(parts)
     except UmbraError:
         raise
     except Exception as error:
-        msg = f"reader '{name}' failed ({type(error).__name__}: {error}); update its package"
-        raise InputError(msg) from error
+        msg = (
+            f"the reader '{name}' of the package '{REGISTRY.name_package(name)}' failed "
+            f"({type(error).__name__}: {error}); update the package, the file may be sound"
+        )
+        raise InputError(msg, reader=name) from error
     return FileModel(reader.title, parts)
+
+
+def _check_parts(parts: Sequence[object]) -> None:
+    """Refuse what is no part, which checks itself when it is made."""
+    for number, part in enumerate(parts, 1):
+        if not isinstance(part, Part):
+            msg = f"part {number} is {show_value(part)}; return Part(name, kind, mesh)"
+            raise TypeError(msg)

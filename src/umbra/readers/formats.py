@@ -18,8 +18,8 @@ from umbra.readers.content import GZIP, ZIP, FileContent
 from umbra.readers.model import FileModel, ReadChoices
 
 __all__ = [
-    "CITYGML", "FORMATS", "STREAMED", "find_format_kind", "list_citygml_members", "load_reader",
-    "read_json",
+    "CITYGML", "STREAMED", "find_format_kind", "has_reader", "list_citygml_members", "load_reader",
+    "read_json", "tell_formats",
 ]  # fmt: skip
 
 FORMATS = (
@@ -108,6 +108,17 @@ BY_CONTENT = {
 }
 
 
+def tell_formats() -> str:
+    """List the formats that are read, those of packages beside umbra by their endings."""
+    added = [f".{name}" for name in REGISTRY.names if f".{name}" not in BY_ENDING]
+    return FORMATS + (f"; by packages installed beside umbra {', '.join(added)}" if added else "")
+
+
+def has_reader(ending: str) -> bool:
+    """Return whether files of an ending, with its dot, are read."""
+    return ending.lower() in BY_ENDING or ending.lower().removeprefix(".") in REGISTRY
+
+
 def load_reader(kind: str) -> Reader:
     """Import the reader of a kind: (data or content, path, choices) -> FileModel."""
     if kind not in READERS:
@@ -131,7 +142,7 @@ def find_format_kind(content: FileContent) -> str:
     start = data[:200].lstrip(b"\xef\xbb\xbf \t\r\n")
     unread = find_unread(data, path, by_ending=False)
     if unread is not None:
-        msg = f"{unread}; umbra reads {FORMATS}"
+        msg = f"{unread}; umbra reads {tell_formats()}"
         raise InputError(msg)
     kind = BY_ENDING.get(path.suffix.lower())
     by_content = next((kind for magic, kind in BY_CONTENT.items() if start.startswith(magic)), None)
@@ -146,10 +157,10 @@ def find_format_kind(content: FileContent) -> str:
     if kind is None:
         unread = find_unread(data, path, by_ending=True)
         if unread is not None:
-            msg = f"{unread}; umbra reads {FORMATS}"
+            msg = f"{unread}; umbra reads {tell_formats()}"
             raise InputError(msg)
         ending = f"'{path.suffix}'" if path.suffix else "its ending"
-        msg = f"its format is unknown (by its content and {ending}); umbra reads {FORMATS}"
+        msg = f"its format is unknown (by its content and {ending}); umbra reads {tell_formats()}"
         raise InputError(msg, ending=path.suffix)
     if by_content is None and kind in {
         "citygml",

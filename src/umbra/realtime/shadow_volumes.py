@@ -7,18 +7,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from umbra.errors import InputError, show_value
+from umbra.errors import InputError
 from umbra.gl.context import on_device, release_all
 from umbra.gl.foreign import ForeignTarget
 from umbra.gl.geometry import Geometry, find_posed
 from umbra.gl.matrices import read_projection
 from umbra.gl.planner import Planner
-from umbra.gl.projection import CameraProjection, find_clip_range, find_light_source, turn_scissor
 from umbra.gl.selection import VolumeOptions
 from umbra.gl.state import Pass, State
 from umbra.gl.volume_counter import VolumeCounter
 from umbra.gl.volume_plan import VolumePlan
 from umbra.rays.transmission import find_opaque
+from umbra.realtime.light_reach import check_light, find_reach
 from umbra.realtime.scene_user import SceneUser, read_target
 from umbra.scene import Light, Scene
 
@@ -127,9 +127,7 @@ class ShadowVolumes(SceneUser):
         UmbraError
             If the framebuffer has no stencil or no depth.
         """
-        if not isinstance(light, Light):
-            msg = f"light= is one of umbra's lights without size; got {show_value(light)}"
-            raise InputError(msg, option="light")
+        check_light(light)
         if isinstance(into, str) and into not in _INTO:
             msg = f"into={into!r} is neither {' nor '.join(_INTO)}"
             raise InputError(msg, option="into")
@@ -143,9 +141,29 @@ class ShadowVolumes(SceneUser):
         with State(self.device, seen.clip) as state:
             self._counter.count(state, target, plan, wraps=True)
         self.device.check("shadow volumes were counted")
-        scissor, bounds = _find_reach(seen, self.scene, light, target)
         triangles = sum(draw.count for draw in plan.draws) // 3
-        return ShadowCount(plan.statistics.deepest, triangles, scissor, bounds)
+        reach = find_reach(seen, self.scene, light, target.viewport)
+        return ShadowCount(plan.statistics.deepest, triangles, *reach)
+
+    def find_reach(
+        self,
+        framebuffer: Any,
+        view: ArrayLike,
+        projection: ArrayLike,
+        light: Light,
+        viewport: Sequence[int] | None = None,
+        *,
+        depth: str = "minus-one-to-one",
+    ) -> tuple[tuple[int, int, int, int], tuple[float, float]]:
+        """
+        Find the ``scissor`` and ``depth_bounds`` of a `ShadowCount`, where a texture takes counts.
+
+        Parameters and errors as in ``count``.
+        """
+        check_light(light)
+        target, _ = read_target(self.device, framebuffer, viewport)
+        seen = read_projection(self.device, view, projection, target.size, self.scene.origin, depth)
+        return find_reach(seen, self.scene, light, target.viewport)
 
     def _count_in_texture(
         self, target: ForeignTarget, size: tuple[int, int], plan: VolumePlan, texture: Any
@@ -182,19 +200,3 @@ class ShadowVolumes(SceneUser):
 
     def _list_held(self) -> Iterable[Any]:
         yield from (self._counter, self._planner, self._geometry)
-
-
-def _find_reach(
-    seen: CameraProjection, scene: Scene, light: Light, target: ForeignTarget
-) -> tuple[tuple[int, int, int, int], tuple[float, float]]:
-    """Find the scissor of a light's range in a framebuffer, and its depth bounds."""
-    source = find_light_source(light, scene.origin)
-    corners, depths = find_clip_range(seen.camera, scene.origin, source, light)
-    left, bottom, cols, rows = target.viewport
-    if corners is not None:
-        x, y, width, height = turn_scissor(corners, seen.camera)
-        x = cols - x - width if seen.is_mirrored else x
-        left, bottom, cols, rows = left + x, bottom + y, width, height
-    low, high = depths or (0.0, 1.0)
-    bounds = (1.0 - high, 1.0 - low) if seen.reverses_depth else (low, high)
-    return (left, bottom, cols, rows), bounds

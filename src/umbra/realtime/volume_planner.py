@@ -1,14 +1,16 @@
 """Shadow volumes as arrays, for engines on any graphics API."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from numpy.typing import ArrayLike
 
-from umbra.errors import InputError, show_value
+from umbra.errors import InputError
 from umbra.gl.matrices import read_projection
 from umbra.gl.plan_arrays import ArrayPlanner, PlannedVolumes
 from umbra.gl.selection import VolumeOptions
 from umbra.rays.transmission import find_opaque
+from umbra.realtime.light_reach import check_light, find_reach
 from umbra.scene import Light, Scene
 
 __all__ = ["VolumePlanner"]
@@ -76,10 +78,10 @@ class VolumePlanner:
         InputError
             If the matrices are no view, or the light has a size.
         """
-        if not isinstance(light, Light):
-            msg = f"light= is one of umbra's lights without size; got {show_value(light)}"
-            raise InputError(msg, option="light")
+        check_light(light)
         cols, rows = (int(n) for n in size)
         origin = self._arrays.planner.scene.origin
         seen = read_projection(self._arrays.device, view, projection, (cols, rows), origin, depth)
-        return self._arrays.plan(seen, light, method, self._choices)[1]
+        volumes = self._arrays.plan(seen, light, method, self._choices)[1]
+        scissor, bounds = find_reach(seen, self._arrays.planner.scene, light, (0, 0, cols, rows))
+        return replace(volumes, scissor=scissor, depth_bounds=bounds)

@@ -93,7 +93,7 @@ class AreaLevel:
 class AreaKind(PlacedKind):
     """Named areas, each on a lattice of its own."""
 
-    name = "areas"
+    name = noun = "areas"
     spot = "square"
     formats: ClassVar[tuple[str, ...]] = ()
     own_table = "areas.csv"
@@ -120,6 +120,10 @@ class AreaKind(PlacedKind):
         laid.notes = (*notes, *laid.notes, *remarks)
         laid.facts["areas_sampling"] = laid.notes[-1]
         return laid
+
+    def tell_count(self, study: Any) -> str:
+        """Describe the number of squares."""
+        return f"{len(study.shadow_hours):,} squares of areas"
 
     def describe_receivers(self, study: Any) -> str:
         """Describe the areas."""

@@ -48,6 +48,10 @@ class Counted:
             return f"{self.whole / _HECTARE:.3g} ha"
         return f"{self.whole:,.0f} {self.unit}"
 
+    def tell_whole_of(self) -> str:
+        """Write the total weight, and of what: ``2,656 m² of open ground``, ``2 points``."""
+        return f"{self.tell_whole()}{'' if self.unit == self.name else f' of {self.name}'}"
+
     @property
     def whole(self) -> float:
         """Total weight."""
@@ -60,6 +64,10 @@ class Counted:
     def with_value(self, values: NDArray) -> "Counted":
         """Return those of them whose value is a number."""
         return replace(self, which=self.which & np.isfinite(values))
+
+    def of_weight(self, weight: float) -> "Counted":
+        """Return some of them as one, by their total weight."""
+        return replace(self, which=np.ones(1, np.bool_), weight=np.array([weight]))
 
     def average(self, values: NDArray) -> float:
         """Return the weighted mean."""

@@ -95,17 +95,18 @@ class Request:
         """
         Return the parts that a view shows; None: all.
 
-        Canopies and the parts of a proposal are looked through, unless it shows no others.
+        Canopies and the parts of a proposal are left out, so that what is behind them is
+        shown, unless the model has no other parts.
         """
         on = self.options.on
         shown = self.scene.select(on, option="on") if on else None
         if self.canopy is not None:
             shown = self.canopy.find_receivers(self.scene, on)
-        looked_through = set(self.find_proposed())
-        if not looked_through:
+        proposed = set(self.find_proposed())
+        if not proposed:
             return shown
         parts = range(len(self.scene.parts)) if shown is None else shown
-        return [part for part in parts if part not in looked_through] or shown
+        return [part for part in parts if part not in proposed] or shown
 
     def find_proposed(self) -> list[int]:
         """Return the parts of the proposed development."""
@@ -214,7 +215,10 @@ class ReceiverKind:
     has_scale : bool
         Whether a length in the picture is one length in the model.
     spot : str
-        Description of the point of a receiver at which shadow is judged.
+        Description of the point of a receiver at which shadow is judged; of single receivers what
+        one of them is called.
+    noun : str
+        What all of them are called, in titles, tables and sentences.
     formats : tuple of str
         Its formats, of ``umbra.writers.output_formats.FORMATS``.
     own_table : str
@@ -242,6 +246,7 @@ class ReceiverKind:
     nothing: ClassVar[str] = "back of a surface"
     has_scale: ClassVar[bool] = True
     spot: ClassVar[str] = "cell's centre"
+    noun: ClassVar[str] = "cells"
     formats: ClassVar[tuple[str, ...]] = ("geojson", "gpkg", "dxf", "csv", "solids")
     own_table: ClassVar[str] = ""
     has_roofs: ClassVar[bool] = False
@@ -298,6 +303,10 @@ class ReceiverKind:
         cell = f"{grid.dx:.4g} m" if grid.dx == grid.dy else f"{grid.dx:.4g} x {grid.dy:.4g} m"
         size = f" of {cell}" if self.has_scale else ""
         return "Cells", f"{len(study.x):,} x {len(study.y):,}{size}, judged at their centres"
+
+    def tell_count(self, study: Any) -> str:
+        """Describe the number of single receivers, for the foot of a picture."""
+        return f"{len(study.shadow_hours):,} {self.noun}"
 
     def tell_view(self, facts: dict[str, Any], receivers: str) -> str:
         """Describe a view other than from above, to follow a title."""

@@ -13,23 +13,60 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from umbra.casters.casting import prepare_casting
 from umbra.errors import InputError, UmbraError, show_value
+from umbra.ground.choice import find_ground
+from umbra.ground.level import TERRAIN
+from umbra.rays.nearest_hits import drop_plumb
 from umbra.receivers.counted import Counted
 from umbra.receivers.kind import DIMS, Request, SampleKind, Variables
 from umbra.receivers.single import SingleReceivers
 from umbra.registry import add_note
 from umbra.scene.grid import Places
+from umbra.scene.mesh import ADDED_GROUND
 from umbra.scene.numbers import read_array
 
 if TYPE_CHECKING:
     from umbra.scene import Scene
 
-__all__ = ["PlacedKind", "PlacedReceivers", "PlacedSamples"]
+__all__ = ["PlacedKind", "PlacedReceivers", "PlacedSamples", "find_ground_heights"]
 
 GROUND = -2
 """Index of the ground among parts."""
 _FAR, _DIAGONALS = 1000.0, 10.0
 """From the model [m], and in its diagonals, samples are told to lie far."""
+
+
+def find_ground_heights(
+    scene: "Scene", plan: ArrayLike, ground: float | str | None = None
+) -> NDArray[np.float64]:
+    """
+    Find the ground under places, as areas stand on it.
+
+    Parameters
+    ----------
+    scene : Scene
+    plan : (n, 2) float
+        x and y in the model's own coordinates [m].
+    ground : float or str, optional
+        As asked for: a study's ``options.ground``.
+
+    Returns
+    -------
+    heights : (n,) float64
+        z in the model's own coordinates [m]: of the file's terrain, of the surface through the
+        feet of buildings, or of the plane; NaN beside a terrain.
+    """
+    places = read_array("plan", plan)
+    known = find_ground(scene, ground)
+    if known.is_plane:
+        return np.full(len(places), known.level)
+    scene, kinds = known.scene, ADDED_GROUND if known.is_added else TERRAIN
+    land = [k for k, part in enumerate(scene.parts) if part.kind in kinds]
+    floor = float(scene.bounds()[0, 2] - scene.origin[2]) - 1.0
+    tree = prepare_casting(scene, land, 1).tree
+    heights, _, _ = drop_plumb(tree, places - scene.origin[:2], floor)
+    return heights + scene.origin[2]
 
 
 @dataclass(frozen=True)
@@ -59,10 +96,22 @@ class PlacedSamples:
 
 
 class PlacedKind(SampleKind, ABC):
-    """Base of kinds of samples that say where they lie."""
+    """
+    Base of kinds of samples that say where they lie.
+
+    Attributes
+    ----------
+    noun, spot : str
+        What they are called in titles, tables and sentences, all of them and one: ``"steps of the
+        path"``, ``"step"``.
+    """
 
     belongs_to_parts = False
-    spot = "point"
+    noun, spot = "points", "point"
+    far_remedy: ClassVar[str] = (
+        "place returns points in the model's own coordinates (add scene.origin to the scene's)"
+    )
+    """What to do where all points lie far from the model."""
     formats: ClassVar[tuple[str, ...]] = ("csv", "geojson", "gpkg", "solids")
     tables = {"points.csv": "sample"}  # noqa: RUF012  (a constant)
 
@@ -176,20 +225,19 @@ class PlacedKind(SampleKind, ABC):
         if gaps.min() > max(_FAR, _DIAGONALS * float(np.linalg.norm(high - low))):
             add_note(
                 f"all {len(points):,} points of receivers='{self.name}' lie {gaps.min():,.0f} m or "
-                "more from the model; give them in its own coordinates (add scene.origin to the "
-                "scene's)"
+                f"more from the model; {self.far_remedy}"
             )
 
     def describe_receivers(self, study: Any) -> str:
         """Describe the samples."""
-        return f"the places of '{self.name}'"
+        return f"the {self.noun} of '{self.name}'"
 
     def describe_places(self, study: Any) -> tuple[str, str]:
         """Describe the number of points, and of points with normals."""
         count = len(study.shadow_hours)
         free = int(np.isnan(study.places.normals).any(1).sum())
         words = f"{count:,}, {count - free:,} with a normal" if free else f"{count:,}, with normals"
-        return "Points", words + (
+        return self.noun.capitalize(), words + (
             "; the others are judged from both sides of a surface" if free else ""
         )
 
@@ -197,8 +245,8 @@ class PlacedKind(SampleKind, ABC):
         """Weight each point by its area, or count it once."""
         which = np.isfinite(study.shadow_hours)
         if study.laid.areas is None:
-            return Counted(which, np.ones(which.shape), "points", "points")
-        return Counted(which, study.laid.areas, "m²", self.name)
+            return Counted(which, np.ones(which.shape), self.noun, self.noun)
+        return Counted(which, study.laid.areas, "m²", self.noun)
 
 
 @dataclass(eq=False, kw_only=True)

@@ -54,20 +54,20 @@ class PlanModel(Casting):
         """Make the receivers of a raster of the local frame."""
         return self.tile(self, grid)
 
-    def look_down(self, grid: Grid) -> Surface:
+    def find_topmost(self, grid: Grid) -> Surface:
         """Find the topmost surface of the visible parts."""
 
-        def look() -> Surface:
+        def find() -> Surface:
             return find_surface(self.soup, grid, self.floor, self.threads, has_end=self.has_end)
 
         if grid.rows * grid.cols > _KEPT:
-            return look()
-        return derive(self.soup, "surface", (grid, self.floor, self.has_end), look)
+            return find()
+        return derive(self.soup, "surface", (grid, self.floor, self.has_end), find)
 
-    def look_through(self, grid: Grid) -> Surface:
+    def find_added_ground(self, grid: Grid) -> Surface:
         """Find the surface of the ground that was added to the model, through all else."""
 
-        def look() -> Surface:
+        def find() -> Surface:
             soup, parts = self.soup, self.scene.parts
             is_added = np.array([part.kind in ADDED_GROUND for part in parts], np.bool_)
             chosen = np.flatnonzero(is_added[soup.part])
@@ -77,8 +77,8 @@ class PlanModel(Casting):
             return replace(surface, face=face)
 
         if grid.rows * grid.cols > _KEPT:
-            return look()
-        return derive(self.soup, "added ground", (grid, self.floor), look)
+            return find()
+        return derive(self.soup, "added ground", (grid, self.floor), find)
 
     @property
     def floor(self) -> float:
@@ -106,7 +106,7 @@ class PlanTile:
     @cached_property
     def surface(self) -> Surface:
         """Topmost surface of the cells, found on first access."""
-        return self.model.look_down(self.grid)
+        return self.model.find_topmost(self.grid)
 
     @property
     def receiving(self) -> Surface:
@@ -345,7 +345,7 @@ class ThroughTile(TopmostTile):
     @cached_property
     def receiving(self) -> Surface:
         """The surface of the ground."""
-        return self.model.look_through(self.grid)
+        return self.model.find_added_ground(self.grid)
 
     @cached_property
     def nothing(self) -> NDArray[np.bool_]:

@@ -43,6 +43,7 @@ class SampledSurfaces(SampleKind):
     """Walls and roofs, sampled in their own planes."""
 
     name = "surfaces"
+    noun = "walls and roofs"
     spot = "sample"
     formats = ("csv", "glb", "3dtiles", "solids", "geoparquet", "cityjson")
     tables = {  # noqa: RUF012  (a constant)
@@ -63,6 +64,10 @@ class SampledSurfaces(SampleKind):
             lambda: sample_surfaces(scene, spacing, on, left), most=1, fits=is_kept,
         )  # fmt: skip
         return SurfaceSamples.of(self, casting, samples)
+
+    def tell_count(self, study: Any) -> str:
+        """Describe the spacing of samples."""
+        return f"samples {study.samples.spacing:g} m apart"
 
     def describe_receivers(self, study: Any) -> str:
         """Describe the sampled surfaces, and their outward side."""
@@ -198,6 +203,7 @@ class GivenPoints(PlacedKind):
     """Points from a table, such as windows and sensors."""
 
     name = "points"
+    far_remedy = "give them in its own coordinates, whose bounds umbra inspect prints"
 
     def place(self, scene: Scene, options: Any) -> PlacedSamples:
         """Return the points, with or without normals."""

@@ -63,7 +63,7 @@ class ViewModel(Casting):
     lights : int
         Number of lights of the study.
     proposed : sequence of int
-        Parts of the proposed development, which are looked through: the ground below is theirs.
+        Parts of the proposed development, which record nothing: the ground below them does.
     asked : list of int, optional
         Visible parts that receive; all, and the ground, by default.
     samples : Samples, optional

@@ -128,7 +128,7 @@ class WindowReceivers(NamedReceivers):
 class WindowKind(PlacedKind):
     """Windows, judged at their centre, at their sill, or as whole panes."""
 
-    name = "windows"
+    name = noun = "windows"
     spot = "pane"
     formats: ClassVar[tuple[str, ...]] = ()
     own_table = "windows.csv"

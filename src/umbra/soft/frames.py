@@ -1,6 +1,6 @@
 """What counts the shadows in frames of a scene, as soft methods, layers and devices need it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Protocol, Self
 
 import numpy as np
@@ -14,7 +14,7 @@ from umbra.scene import Camera, Light, Scene, Triangles
 from umbra.soft import AreaLight
 from umbra.volume.adjacency import Caster
 
-__all__ = ["FrameCounts", "VolumeCounts"]
+__all__ = ["FrameCounts", "OneByOne", "VolumeCounts"]
 
 
 class FrameCounts(Protocol):
@@ -43,6 +43,11 @@ class FrameCounts(Protocol):
     ) -> NDArray[np.signedinteger]:
         """Count the shadow volumes that hold each visible point, (rows, cols)."""
 
+    def count_all(
+        self, view: DepthBuffer, camera: Camera, lights: Sequence[Light]
+    ) -> Iterable[NDArray[np.signedinteger]]:
+        """Count the shadow volumes of several lights, as ``count`` does of each."""
+
     def transmit(
         self, view: DepthBuffer, camera: Camera, light: Light
     ) -> "tuple[NDArray[np.float32], NDArray[np.int32]]":
@@ -57,6 +62,18 @@ class FrameCounts(Protocol):
         softness: Softness | None = None,
     ) -> "list[NDArray[np.float32]]":
         """Find the share of each area light that each visible point sees, (rows, cols) each."""
+
+
+class OneByOne:
+    """Base of counters that count several lights one after another."""
+
+    count: Callable[..., NDArray[np.signedinteger]]
+
+    def count_all(
+        self, view: DepthBuffer, camera: Camera, lights: Sequence[Light]
+    ) -> Iterator[NDArray[np.signedinteger]]:
+        """Count the shadow volumes of each light, when its turn comes."""
+        return (self.count(view, camera, light) for light in lights)
 
 
 class VolumeCounts(FrameCounts, Protocol):

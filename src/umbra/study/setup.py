@@ -29,6 +29,7 @@ from umbra.study.engine import Progress, count_each_tile, run_on_device
 from umbra.study.land import settle_land
 from umbra.study.loop import Accumulator, TileRun, pass_lights
 from umbra.study.measures import Asked, Measure, guard
+from umbra.study.measures.measure import count_at_once
 from umbra.study.options import StudyOptions
 from umbra.study.result import Study
 from umbra.sun import Site
@@ -220,9 +221,17 @@ class Setup:
             by_day=self.results.by_day,
             is_streamed=self.results.is_streamed,
             has_groups=self.attribution.groups is not None,
-            limit_tiles=lambda side: self.attribution.limit_tiles(side, len(self.period.days)),
+            limit_tiles=self._limit_tiles,
             is_cut=self.is_cut,
         )  # fmt: skip
+
+    def _limit_tiles(self, side: int) -> int:
+        """Return the longest tile side, at most the given one, whose results fit in memory."""
+        copies = (2 if self.proposal else 1) * (2 if self.canopy else 1)
+        for measure in self.options.measures:
+            lights = guard(measure, self.asked.make_lights, measure)
+            side = min(side, math.isqrt(count_at_once(measure, lights, copies=copies)))
+        return self.attribution.limit_tiles(side, len(self.period.days))
 
     def _count_measured(self) -> int:
         """Return the greatest number of lights of a measure."""

@@ -104,7 +104,7 @@ def average_windows(study: "Study") -> "Study":
     alone = replace(
         laid, shape=(count,), area=laid.group_areas, areas=laid.group_areas,
         owner=np.arange(count), local=Places(middles, laid.local.normals[first]),
-        part=laid.part[first], openings=laid.openings[first], halves=laid.halves[first],
+        part=laid.part[first], openings=laid.openings.pick(first),
     )  # fmt: skip
 
     def pick(name: str, dims: tuple[str, ...], values: Any) -> NDArray[Any]:

@@ -28,7 +28,12 @@ from umbra.ground.level import Bases
 from umbra.machine import find_memory
 from umbra.readers.apart import FilePlan
 from umbra.readers.content import GZIP, ZIP, FileContent
-from umbra.readers.formats import BY_ENDING, FORMATS, find_format_kind, list_citygml_members
+from umbra.readers.formats import (
+    find_format_kind,
+    has_reader,
+    list_citygml_members,
+    tell_formats,
+)
 from umbra.scene import Source
 from umbra.tiles.file_geometry import FileGeometry
 from umbra.tiles.sealed import read_sealed
@@ -151,7 +156,8 @@ def list_files(given: Sequence[str | os.PathLike[str]]) -> list[str]:
         if path.is_dir():
             inside = sorted(str(p) for p in path.iterdir() if _is_model(p))
             if not inside:
-                msg = f"{name}: the folder holds no model; name files, or a folder of {FORMATS}"
+                formats = tell_formats()
+                msg = f"{name}: the folder holds no model; name files, or a folder of {formats}"
                 raise InputError(msg, path=name)
             paths += inside
         elif glob.has_magic(name) and not path.exists():
@@ -163,14 +169,14 @@ def list_files(given: Sequence[str | os.PathLike[str]]) -> list[str]:
         else:
             paths.append(name)
     if not paths:
-        msg = f"no file given; name one or more of {FORMATS}, a folder or a pattern"
+        msg = f"no file given; name one or more of {tell_formats()}, a folder or a pattern"
         raise InputError(msg)
     unique = dict.fromkeys(paths)
     return list(unique)
 
 
 def _is_model(path: Path) -> bool:
-    return path.is_file() and path.suffix.lower() in {*BY_ENDING, *_PACKED}
+    return path.is_file() and (has_reader(path.suffix) or path.suffix.lower() in _PACKED)
 
 
 WORDS = "words.json"

@@ -30,7 +30,7 @@ __all__ = [
 ]
 
 _MOST_FACES = 4_000_000
-"""Faces around a proposal that are looked through for what it overlaps: 0.5 GB."""
+"""Faces around a proposal that are searched for what it overlaps: 0.5 GB."""
 
 
 def find_proposal(context: WorkerContext) -> Triangles:

@@ -1,7 +1,7 @@
 // The interval of hours of sun: two handles on the day's track, which shows its light and hours.
 
 import { tellMinutes } from "./clock.js";
-import { makeGradient } from "./day_light.js";
+import { makeGradient } from "./day_gradient.js";
 import { button, el, fill, icon } from "./dom.js";
 import { STEP } from "./steps.js";
 

@@ -154,7 +154,7 @@ export class Passes {
     gl.enable(gl.BLEND);
     gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     gl.bindTexture(gl.TEXTURE_2D, this.overlays.blank);
-    const share = lights.length ? 2 : 1;
+    const share = (lights.length ? 2 : 1) * common.share;
     const program = this.useSurface({ ...common, ...SKYLIGHT, share, plan: NO_PLAN });
     stage.seen.draw("panes", (side) => program.set({ side }));
     gl.disable(gl.BLEND);

@@ -37,6 +37,7 @@ const STYLE = {
   sky: [0.42, 0.6, 0.82],
   horizon: [0.86, 0.91, 0.95],
   ground: [0.5, 0.5, 0.48],
+  skylight: 1,
   edge: [0.1, 0.1, 0.11],
   edges: true,
   background: true,

@@ -18,7 +18,7 @@ vec3 lay(vec2 place, vec3 radiance, vec3 light) {
   vec2 on = ((place + eye.xy) - plan.xy) * plan.zw;
   if (any(lessThan(on, vec2(0.0))) || any(greaterThan(on, vec2(1.0)))) return radiance;
   vec4 laid = texture(overlay, vec2(on.x, 1.0 - on.y));
-  vec3 shown = isFlat ? laid.rgb * min(share, 1.0) : laid.rgb * light * 1.4;
+  vec3 shown = isFlat ? laid.rgb * step(1e-6, share) : laid.rgb * light * 1.4;
   return mix(radiance, shown, laid.a * opacity);
 }
 #endif

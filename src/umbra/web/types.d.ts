@@ -68,6 +68,7 @@ interface Style {
   sky?: Vec3; // at the zenith
   horizon?: Vec3;
   ground?: Vec3;
+  skylight?: number; // of even light, by default 1: as in umbra's pictures
   edge?: Vec3; // colour of creases
   edges?: boolean; // by default true
   background?: boolean; // sky and horizon; false: transparent canvas

@@ -34,9 +34,9 @@ export function findUniforms(renderer, sight, guard) {
     // Parallel rays all come from one side, wherever they begin.
     facing: (sight.isPerspective ? (ground ?? 0) - sight.eye[2] : sight.forward[2]) < 0 ? 1 : -1,
     albedo: style.ground,
-    horizon: style.horizon,
+    horizon: style.horizon.map((c) => c / style.skylight), // times `share` where the ground ends
     haze: Math.max(8 * size, 25 * above),
-    share: 1,
+    share: style.skylight,
     plan: plan
       ? [extent[0], extent[1], 1 / (extent[2] - extent[0]), 1 / (extent[3] - extent[1])]
       : [0, 0, 0, 0],

@@ -1,5 +1,6 @@
 """FramePasses on a wgpu device: the visible faces, and counts by the arrays of a plan."""
 
+from collections.abc import Iterable
 from functools import lru_cache
 from typing import Any
 
@@ -25,6 +26,8 @@ _NEARER, _FLOAT_TESTS = (
 )
 _VERTEX, _INDEX, _UNIFORM, _STORAGE, _FILLED, _MAPPED = 0x20, 0x10, 0x40, 0x80, 0x8, 0x1
 _ATTACHED, _FETCHED, _COPIED = 0x10, 0x4, 0x1  # of textures
+_ADDED = {"src_factor": "one", "dst_factor": "one", "operation": "add"}
+_SUM = {"format": "r32float", "blend": {"color": _ADDED, "alpha": _ADDED}}
 _ROW = 256  # bytes of which a row that is read is a multiple
 _Handle = Any
 
@@ -93,6 +96,46 @@ class FramePasses:
 
         In the stencil, or in floats where more than 255 may overlap.
         """
+        self._draw(volumes)
+        if volumes.deepest > STENCIL_MOST:
+            return np.rint(self._read("sum", np.float32)).astype(np.int32)
+        counts = self._read_stencil()
+        if volumes.deepest <= STENCIL_MOST // 2:
+            counts[counts > STENCIL_MOST // 2] -= STENCIL_MOST + 1  # below 0 on an edge: it wrapped
+        return counts
+
+    def find_share(self, some: Iterable[PlannedVolumes]) -> NDArray[np.float32]:
+        """
+        Find the share of plans that count 0 at each pixel of the last ``find_faces``, (rows, cols).
+
+        What counts is added up on the device: a plan is drawn, and nothing of it read back.
+        """
+        n, loads = 0, {"load_op": "clear"}
+        for volumes in some:
+            self._draw(volumes)
+            in_floats = volumes.deepest > STENCIL_MOST
+            pipeline = _make_dark_pipeline(self._device, in_floats=in_floats)
+            encoder = self._device.create_command_encoder()
+            render = encoder.begin_render_pass(
+                color_attachments=[{**self._attach("dark", (0, 0, 0, 0)), **loads}],
+                depth_stencil_attachment=self._attach_depth(stencil_read_only=True),
+            )
+            render.set_pipeline(pipeline)
+            render.set_stencil_reference(0)
+            if in_floats:
+                bound = [{"binding": 1, "resource": self._textures["sum"].create_view()}]
+                layout = pipeline.get_bind_group_layout(0)
+                render.set_bind_group(
+                    0, self._device.create_bind_group(layout=layout, entries=bound)
+                )
+            render.draw(3)
+            render.end()
+            self._device.queue.submit([encoder.finish()])
+            n, loads = n + 1, {"load_op": "load"}
+        return (1.0 - self._read("dark", np.float32).astype(np.float64) / n).astype(np.float32)
+
+    def _draw(self, volumes: PlannedVolumes) -> None:
+        """Count volumes in the stencil, or in ``sum``."""
         in_floats = volumes.deepest > STENCIL_MOST
         vertices = self._upload(volumes.vertices, _VERTEX)
         indices = self._upload(volumes.indices, _INDEX)
@@ -117,12 +160,6 @@ class FramePasses:
             render.draw_indexed(volume_pass.count, 1, volume_pass.first)
         render.end()
         self._device.queue.submit([encoder.finish()])
-        if in_floats:
-            return np.rint(self._read("sum", np.float32)).astype(np.int32)
-        counts = self._read_stencil()
-        if volumes.deepest <= STENCIL_MOST // 2:
-            counts[counts > STENCIL_MOST // 2] -= STENCIL_MOST + 1  # below 0 on an edge: it wrapped
-        return counts
 
     def _fit(self, size: tuple[int, int]) -> None:
         """Make the textures of a size [pixels]."""
@@ -135,11 +172,11 @@ class FramePasses:
             raise InputError(msg, option="size", limit=limit)
         if size != self._size:
             self.release()
-            formats = {"face": "r32sint", "sum": "r32float", "depth": _DEPTH}
+            formats = {"face": "r32sint", "sum": "r32float", "dark": "r32float", "depth": _DEPTH}
             self._textures = {
                 name: self._device.create_texture(
                     size=(*size, 1), format=form,
-                    usage=_ATTACHED | (_FETCHED if name == "depth" else _COPIED),
+                    usage=_ATTACHED | _FETCHED | (0 if name == "depth" else _COPIED),
                 )
                 for name, form in formats.items()
             }  # fmt: skip
@@ -255,6 +292,27 @@ def _make_stencil_pipeline(device: _Handle) -> _Handle:
     )
 
 
+@lru_cache
+def _make_dark_pipeline(device: _Handle, *, in_floats: bool) -> _Handle:
+    """Make a pipeline that adds 1 where the stencil, or a float, is not 0."""
+    module = _load_module(device, "stencil.wgsl")
+    kept = {"fail_op": "keep", "depth_fail_op": "keep", "pass_op": "keep"}
+    side = {"compare": "always" if in_floats else "not-equal", **kept}
+    return device.create_render_pipeline(
+        layout="auto",
+        vertex={"module": module, "entry_point": "fill", "buffers": []},
+        primitive={"topology": "triangle-list"},
+        depth_stencil={
+            "format": _DEPTH, "depth_write_enabled": False, "depth_compare": "always",
+            "stencil_front": side, "stencil_back": side, "stencil_write_mask": 0,
+        },
+        fragment={
+            "module": module, "entry_point": "add_float" if in_floats else "add",
+            "targets": [_SUM],
+        },
+    )  # fmt: skip
+
+
 def _make_volume_pipeline(device: _Handle, volume_pass: VolumePass, *, in_floats: bool) -> _Handle:
     test = _NEARER if volume_pass.depth_test == "less" else volume_pass.depth_test
     if in_floats:
@@ -275,12 +333,10 @@ def _find_volume_pipeline(
             "compare": "always", "fail_op": "keep",
             "depth_fail_op": _OPERATIONS[fails], "pass_op": _OPERATIONS[passes],
         }  # fmt: skip
-    added = {"src_factor": "one", "dst_factor": "one", "operation": "add"}
-    target = {"format": "r32float", "blend": {"color": added, "alpha": added}}
     fragment = {
         "module": module,
         "entry_point": "count_in_stencil" if operations else "count_in_floats",
-        "targets": [] if operations else [target],
+        "targets": [] if operations else [_SUM],
     }
     return device.create_render_pipeline(
         layout=_find_layout(device),

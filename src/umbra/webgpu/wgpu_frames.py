@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.gl.face_keys import find_face_keys, settle_edge_on
 from umbra.gl.geometry import RINGS
-from umbra.gl.plan_arrays import ArrayPlanner, place_points
+from umbra.gl.plan_arrays import ArrayPlanner, PlannedVolumes, place_points
 from umbra.gl.projection import CameraProjection
 from umbra.gl.selection import VolumeOptions
 from umbra.gl.volume_plan import VolumePlan
@@ -18,16 +18,16 @@ from umbra.rays.depth import NOTHING, DepthBuffer
 from umbra.rays.transmission import Transmitters, find_opaque, make_transmitters
 from umbra.scene import Camera, Light, Scene
 from umbra.soft import AreaLight
-from umbra.soft.frames import FrameCounts
+from umbra.soft.frames import FrameCounts, OneByOne
 from umbra.webgpu.adapter import open_adapter
 from umbra.webgpu.frame_passes import FramePasses
 
 __all__ = ["WgpuFrameCounter"]
 
 
-class WgpuFrameCounter:
+class WgpuFrameCounter(OneByOne):
     """
-    Count hard shadows in frames of one scene, on the wgpu device.
+    Count shadows in frames of one scene, hard or of area lights, on the wgpu device.
 
     Parameters
     ----------
@@ -131,12 +131,7 @@ class WgpuFrameCounter:
             0 for the background.
         """
         METHODS["wgpu"].check(method)
-        if self._seen is None or self._seen[0] is not camera:
-            self.look(camera)
-        assert self._seen is not None
-        self.plan, volumes = self._arrays.plan(
-            self._seen[1], light, method, self.choices, self.warn
-        )
+        volumes = self._plan(camera, light, method)
         counts = np.where(view.face != NOTHING, self._drawing.count(volumes), 0).astype(np.int32)
         return settle_edge_on(
             counts, view, self.locate, self.scene, self.triangles, self._casters, camera, light
@@ -150,9 +145,39 @@ class WgpuFrameCounter:
         method: str,
         softness: Softness | None = None,
     ) -> list[NDArray[np.float32]]:
-        """Raise `InputError`: this device has no soft shadows."""
+        """
+        Find the share of each area light that each visible point sees, by points of the light.
+
+        The counts of all points are added up on the device.
+
+        Parameters
+        ----------
+        method : str
+            'samples', with as many points as ``softness`` says; else `InputError`.
+
+        Returns
+        -------
+        visibility : list of (rows, cols) float32
+            Per light; 1 is fully lit, 0 umbra, 1 for the background.
+        """
         METHODS["wgpu"].check_soft(method)
-        raise AssertionError
+        n = (softness or Softness()).samples
+        shares = []
+        for light in lights:
+            plans = (self._plan(camera, point, "auto") for point in light.points(n))
+            share = self._drawing.find_share(plans)
+            shares.append(np.where(view.face != NOTHING, share, np.float32(1)))
+        return shares
+
+    def _plan(self, camera: Camera, light: Light, method: str) -> PlannedVolumes:
+        """Plan a light's volumes in a camera's view, drawn again if another replaced it."""
+        if self._seen is None or self._seen[0] is not camera:
+            self.look(camera)
+        assert self._seen is not None
+        self.plan, volumes = self._arrays.plan(
+            self._seen[1], light, method, self.choices, self.warn
+        )
+        return volumes
 
     def _draw(self, camera: Camera, projection: CameraProjection) -> NDArray[np.int32]:
         height = None

@@ -23,16 +23,18 @@ from umbra.folders.atomic import replace_file
 from umbra.gl.programs import Program
 from umbra.gl.state import Pass, State
 from umbra.scene import Scene
+from umbra.scene.pale import has_looks
 from umbra.window.controls import Controls
 from umbra.window.frame_profile import HOURS
 from umbra.window.handles import GRIP, find_part
 from umbra.window.hud import PictureArea, draw_handles, draw_help, draw_scale, draw_statistics
 from umbra.window.input_events import Events
 from umbra.window.overlays import find_top
+from umbra.window.pacing import SMOOTH, Pacing
 from umbra.window.panel import PanelState, draw_panel
 from umbra.window.screen import Screen
 from umbra.window.view_file import load_view, save_view
-from umbra.window.view_painter import SMOOTH, DrawnView, Pacing, ViewPainter
+from umbra.window.view_painter import DrawnView, ViewPainter
 from umbra.window.view_state import ViewState
 from umbra.writers.pixels import write_png
 
@@ -85,7 +87,9 @@ class Viewer:
     ) -> None:
         self.screen, self.picture, self._images_of = screen, picture, view.lights
         self.panel = PanelState(title, str(view_file))
-        self.painter = ViewPainter(screen.device, scene, ground, threads)
+        self.painter = ViewPainter(
+            screen.device, scene, ground, threads, is_pale=not has_looks(scene)
+        )
         self._show = Program(screen.device, "picture.vert.glsl", "show.frag.glsl")
         self._has_panel, self._has_help = True, False
         self._pacing = Pacing(is_software=screen.device.is_software)

@@ -10,14 +10,25 @@ from umbra.methods import METHODS
 from umbra.window.controls import KEYS
 from umbra.window.handles import GRIP, find_dome, find_handles, find_path, pick, project
 from umbra.window.overlays import PALETTE, find_count_colors, find_scale_ticks
-from umbra.window.screen import FONT_SIZE
+from umbra.window.screen import FONT_SIZE, INK
 from umbra.window.view_painter import DrawnView
 from umbra.window.view_state import SUN, ViewState
 
-__all__ = ["PictureArea", "draw_handles", "draw_help", "draw_scale", "draw_statistics", "grow"]
+__all__ = [
+    "PictureArea",
+    "draw_handles",
+    "draw_help",
+    "draw_keys",
+    "draw_scale",
+    "draw_statistics",
+    "grow",
+]
 
-_INK, _PAPER = (0.10, 0.11, 0.13), (1.0, 1.0, 1.0)
-_SUN = (1.0, 0.80, 0.25)
+_PAPER, _NORTH = (1.0, 1.0, 1.0), (0.64, 0.09, 0.09)
+_SUN = (0.95, 0.71, 0.20)
+_HOUR = (0.45, 0.29, 0.02)
+_APART = 24.0  # labels of hours
+_COMPASS = {"N": 0, "E": 90, "S": 180, "W": 270}
 _CIRCLE = 72
 _MARGIN = 12.0
 
@@ -69,11 +80,9 @@ def draw_handles(view: ViewState, frame: PictureArea, mouse: tuple[float, float]
         radius = grow(9.0 if is_sun else 7.0)
         is_reached = reached is not None and reached.number == handle.number
         if is_reached or handle.number == view.chosen:
-            draw.add_circle(
-                at, radius + grow(4.0), _tint(_PAPER, 0.95 if is_reached else 0.6), 0, 2.0
-            )
+            draw.add_circle(at, radius + grow(4.0), _tint(INK, 0.9 if is_reached else 0.45), 0, 2.0)
         draw.add_circle_filled(at, radius, _tint(color, 1.0))
-        draw.add_circle(at, radius, _tint(_INK, 0.9), 0, 1.5)
+        draw.add_circle(at, radius, _tint(INK, 0.9), 0, 1.5)
         if not is_sun:
             _write(draw, at.x + grow(14), at.y - grow(8), str(handle.number + 1))
     draw.pop_clip_rect()
@@ -85,20 +94,31 @@ def _draw_dome(draw: imgui.ImDrawList, view: ViewState, frame: PictureArea) -> N
     middle, radius = find_dome(view.viewpoint)
     turn = np.linspace(0, 2 * np.pi, _CIRCLE + 1)
     ring = middle + radius * np.stack([np.sin(turn), np.cos(turn), 0 * turn], 1)
-    _draw_line(draw, frame, project(camera, ring), _PAPER, 0.5)
-    north = np.radians(view.sun.site.true_north if view.sun.site is not None else 0.0)
-    mark = middle + 1.06 * radius * np.array([[np.sin(north), np.cos(north), 0.0]])
-    (at,) = project(camera, mark)
-    if not np.isnan(at).any():
-        spot = frame.to_window(at)
-        _write(draw, spot.x - grow(5), spot.y - grow(8), "N")
+    _draw_line(draw, frame, project(camera, ring), INK, 0.6)
+    north = view.sun.site.true_north if view.sun.site is not None else 0.0
+    for name, azimuth in _COMPASS.items():
+        turn = np.radians(north + azimuth)
+        (at,) = project(
+            camera, middle + 1.07 * radius * np.array([[np.sin(turn), np.cos(turn), 0.0]])
+        )
+        if not np.isnan(at).any():
+            spot = frame.to_window(at)
+            color = _NORTH if name == "N" else INK
+            _write(draw, spot.x - grow(5), spot.y - grow(8), name, color)
     path = find_path(view)
     if path is not None:
         minutes, places = path
         pixels = project(camera, places)
         _draw_line(draw, frame, pixels, _SUN, 0.95, 2.0)
-        for pixel in pixels[(minutes % 60 == 0) & ~np.isnan(pixels).any(1)]:
-            draw.add_circle_filled(frame.to_window(pixel), 3.0, _tint(_SUN, 1.0))
+        hours = (minutes % 60 == 0) & ~np.isnan(pixels).any(1)
+        last: imgui.ImVec2 | None = None
+        for minute, pixel in zip(minutes[hours], pixels[hours], strict=True):
+            spot = frame.to_window(pixel)
+            draw.add_circle_filled(spot, grow(3.0), _tint(_HOUR, 1.0))
+            away = spot if last is None else imgui.ImVec2(spot.x - last.x, spot.y - last.y)
+            if np.hypot(away.x, away.y) > grow(_APART):  # hours crowd where the path turns away
+                _write(draw, spot.x - grow(7), spot.y - grow(22), f"{minute / 60:02.0f}", _HOUR)
+                last = spot
 
 
 def _draw_line(
@@ -109,20 +129,22 @@ def _draw_line(
     opacity: float,
     width: float = 1.0,
 ) -> None:
-    """Draw a line with a soft dark outline, visible on any background."""
+    """Draw a line with a soft pale outline, visible on any background."""
     shown = ~np.isnan(pixels[:, 0])
     points = [frame.to_window(pixel) for pixel in np.nan_to_num(pixels)]
-    rim, line = _tint(_INK, 0.28 * opacity), _tint(color, opacity)
+    rim, line = _tint(_PAPER, 0.6 * opacity), _tint(color, opacity)
     for tint, wide in ((rim, width + 1.2), (line, width)):
         for index in np.flatnonzero(shown[1:] & shown[:-1]):
             draw.add_line(points[index], points[index + 1], tint, wide)
 
 
-def _write(draw: imgui.ImDrawList, x: float, y: float, text: str) -> None:
-    """Write text with a dark outline."""
+def _write(
+    draw: imgui.ImDrawList, x: float, y: float, text: str, color: tuple[float, ...] = INK
+) -> None:
+    """Write text with a pale outline."""
     for right, down in ((1, 0), (-1, 0), (0, 1), (0, -1)):
-        draw.add_text(imgui.ImVec2(x + right, y + down), _tint(_INK, 0.55), text)
-    draw.add_text(imgui.ImVec2(x, y), _tint(_PAPER, 1.0), text)
+        draw.add_text(imgui.ImVec2(x + right, y + down), _tint(_PAPER, 0.85), text)
+    draw.add_text(imgui.ImVec2(x, y), _tint(color, 1.0), text)
 
 
 def _draw_stem(
@@ -131,7 +153,7 @@ def _draw_stem(
     """Draw a vertical line from a lamp to the target's height."""
     foot = np.array([position[0], position[1], min(view.viewpoint.target[2], position[2])])
     pixels = project(view.viewpoint.camera(frame.pixels), np.stack([position, foot]))
-    _draw_line(draw, frame, pixels, _PAPER, 0.7)
+    _draw_line(draw, frame, pixels, INK, 0.7)
 
 
 def draw_scale(title: str, top: float, frame: PictureArea, *, hours: NDArray | None = None) -> None:
@@ -206,8 +228,14 @@ def draw_statistics(drawn: DrawnView, view: ViewState, frame: PictureArea) -> No
 
 
 def draw_help(frame: PictureArea) -> None:
-    """Draw the help on mouse and keys."""
+    """Draw the help on mouse and keys over the picture."""
     _begin("help", frame, right=False, top=True)
+    draw_keys()
+    imgui.end()
+
+
+def draw_keys() -> None:
+    """Draw what mouse and keys do."""
     mouse = {
         "Drag": "turn; on a light: move it",
         "Shift+drag": "pan; on a light: on its level",
@@ -217,8 +245,9 @@ def draw_help(frame: PictureArea) -> None:
     for keys, meaning in {**mouse, **KEYS, "F1": "this list"}.items():
         imgui.text(keys)
         imgui.same_line(grow(120))
-        imgui.text(meaning)
-    imgui.end()
+        imgui.push_text_wrap_pos(0.0)
+        imgui.text_disabled(meaning)
+        imgui.pop_text_wrap_pos()
 
 
 def _begin(name: str, frame: PictureArea, *, right: bool, top: bool) -> None:
@@ -247,7 +276,7 @@ def _write_row(name: str, value: str) -> None:
 def _write_below(draw: imgui.ImDrawList, middle: float, y: float, number: int) -> None:
     text = str(number)
     width = imgui.calc_text_size(text).x
-    draw.add_text(imgui.ImVec2(middle - width / 2, y + 2), _tint(_PAPER, 0.95), text)
+    draw.add_text(imgui.ImVec2(middle - width / 2, y + 2), _tint(INK, 1.0), text)
 
 
 def _to_screen(color: tuple[float, float, float]) -> tuple[float, ...]:

@@ -4,7 +4,8 @@ The panel's sections on the model: animations, and parts with their casting.
 Also small widgets that the panels share.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 
 from imgui_bundle import imgui
@@ -13,11 +14,13 @@ from umbra.scene import Part
 from umbra.window.controls import Controls
 from umbra.window.hud import grow
 from umbra.window.motion import Motion
+from umbra.window.screen import QUIET
 from umbra.window.view_state import ViewState
 
 __all__ = [
     "DIM",
     "WARNING",
+    "bold",
     "choose",
     "draw_animation",
     "draw_legend",
@@ -27,8 +30,19 @@ __all__ = [
     "slide",
 ]
 
-WARNING = imgui.ImVec4(1.0, 0.72, 0.35, 1.0)
-DIM = imgui.ImVec4(0.62, 0.65, 0.70, 1.0)
+WARNING = imgui.ImVec4(0.639, 0.200, 0.106, 1.0)
+DIM = imgui.ImVec4(*QUIET, 1.0)
+
+
+@contextmanager
+def bold() -> Iterator[None]:
+    """Write in the type of headings, if the window has one."""
+    fonts = imgui.get_io().fonts.fonts
+    imgui.push_font(fonts[1] if len(fonts) > 1 else None, 0.0)
+    try:
+        yield
+    finally:
+        imgui.pop_font()
 
 
 def put_label(text: str) -> None:

@@ -15,10 +15,11 @@ from umbra.scene import Light, Part
 from umbra.sun import Site
 from umbra.window.controls import Controls
 from umbra.window.daylight import DAY, Sun, tell_daylight_hours
-from umbra.window.hud import grow
+from umbra.window.hud import draw_keys, grow
 from umbra.window.model_panel import (
     DIM,
     WARNING,
+    bold,
     choose,
     draw_animation,
     draw_legend,
@@ -69,7 +70,7 @@ class PanelState:
 
     title: str
     view_file: str
-    statistics: bool = True
+    statistics: bool = False
     message: str = ""
     warnings: tuple[str, ...] = ()
     pattern: str = ""
@@ -90,39 +91,65 @@ def draw_panel(
     imgui.set_next_window_pos(imgui.ImVec2(0, 0))
     imgui.set_next_window_size(imgui.ImVec2(*size))
     flags = imgui.WindowFlags_
+    imgui.push_style_var(imgui.StyleVar_.window_rounding.value, 0.0)
     imgui.begin(
         "panel",
         None,
         flags.no_title_bar.value | flags.no_resize.value | flags.no_move.value
         | flags.no_saved_settings.value | flags.no_bring_to_front_on_focus.value,
     )  # fmt: skip
-    imgui.text(state.title)
-    for name, draw in (("Sun", _draw_sun), ("Lights", _draw_lights)):
-        imgui.separator_text(name)
-        view = draw(view, controls)
-    if controls.motion is not None and controls.motion.has_any:
-        imgui.separator_text("Animation")
-        view = draw_animation(view, controls, controls.motion)
-    imgui.separator_text("Counting")
-    view = _draw_counting(view)
-    imgui.separator_text("Soft shadows")
-    view = _draw_softness(view, controls)
-    imgui.separator_text("Show")
-    view = _draw_overlays(view)
-    _, state.statistics = imgui.checkbox("Statistics", state.statistics)
+    _draw_title(state, view, parts)
+    if _open("Day and year", is_open=True):
+        view = _draw_sun(view, controls)
     casting = len(set(range(len(parts))) - view.no_cast)
-    if imgui.collapsing_header(f"Parts that cast: {casting} of {len(parts)}###parts"):
+    cast = "" if casting == len(parts) else f": {casting} of {len(parts)} cast"
+    if _open(f"Objects{cast}###Objects"):
         view, state.pattern = draw_parts(view, state.pattern, parts)
-    imgui.separator_text("Camera")
-    view = _draw_camera(view, controls)
-    imgui.separator_text("View")
-    _draw_file(state, controls)
-    for warning in state.warnings:
-        say(warning, WARNING)
+    if controls.motion is not None and controls.motion.has_any and _open("Animation", is_open=True):
+        view = draw_animation(view, controls, controls.motion)
+    if _open("What is drawn", is_open=True):
+        view = _draw_overlays(view)
+    if _open("Lights", is_open=bool(view.lights)):
+        view = _draw_lights(view, controls)
+    if _open("How shadows are counted"):
+        view = _draw_counting(view)
+        imgui.separator_text("Soft shadows")
+        view = _draw_softness(view, controls)
+        _, state.statistics = imgui.checkbox("Statistics", state.statistics)
+    if _open("Camera"):
+        view = _draw_camera(view, controls)
+    if _open("Share and save"):
+        _draw_file(state, controls)
+    if _open("Mouse and keys"):
+        draw_keys()
+    if state.warnings and _open("Notes on the picture", is_open=True):
+        for warning in state.warnings:
+            say(warning, WARNING)
     if state.message:
         say(state.message, DIM)
     imgui.end()
+    imgui.pop_style_var()
     return view
+
+
+def _draw_title(state: PanelState, view: ViewState, parts: Sequence[Part]) -> None:
+    """Write the model's name, its place and size, as the page does."""
+    with bold():
+        imgui.text(state.title)
+    site, count = view.sun.site, sum(part.triangles for part in parts)
+    place = [] if site is None else [site.show(), site.zone]
+    say(" · ".join([*place, f"{len(parts):,} parts, {count:,} triangles"]), DIM)
+
+
+def _open(name: str, *, is_open: bool = False) -> bool:
+    """Draw a section's heading; return whether it is open."""
+    imgui.separator()
+    imgui.push_style_var(imgui.StyleVar_.frame_border_size.value, 0.0)
+    with bold():
+        flags = imgui.TreeNodeFlags_.default_open.value if is_open else 0
+        opened = imgui.collapsing_header(name, flags)
+    imgui.pop_style_var()
+    return opened
 
 
 def _draw_sun(view: ViewState, controls: Controls) -> ViewState:

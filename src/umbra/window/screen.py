@@ -11,9 +11,9 @@ from umbra.gl.backends import WindowBinding, has_display, hint_window
 from umbra.gl.context import Device, tell_driver
 from umbra.packages import write_install
 
-__all__ = ["FONT_SIZE", "Screen", "check_display"]
+__all__ = ["ACCENT", "FONT_SIZE", "INK", "QUIET", "Screen", "check_display"]
 
-_FONT, FONT_SIZE = "fonts/Roboto/Roboto-Regular.ttf", 15.0
+_FONTS, FONT_SIZE = ("fonts/Roboto/Roboto-Regular.ttf", "fonts/Roboto/Roboto-Bold.ttf"), 15.0
 
 
 def check_display(instead: str) -> None:
@@ -99,9 +99,10 @@ class Screen:
         io = imgui.get_io()
         io.set_ini_filename("")
         folder = find_spec("imgui_bundle")
-        font = Path(folder.origin).parent / "assets" / _FONT if folder and folder.origin else None
-        if font is not None and font.is_file():
-            io.fonts.add_font_from_file_ttf(str(font), FONT_SIZE * self.unit)
+        for name in _FONTS if folder and folder.origin else ():  # the second is of headings
+            font = Path(str(folder.origin)).parent / "assets" / name  # type: ignore[union-attr]
+            if font.is_file():
+                io.fonts.add_font_from_file_ttf(str(font), FONT_SIZE * self.unit)
         _set_style(imgui, self.unit)
         pointer = ctypes.cast(self.window, ctypes.c_void_p).value
         imgui.backends.glfw_init_for_opengl(pointer, True)
@@ -142,29 +143,39 @@ def _decode(text: Any) -> str:
     return text.decode(errors="replace") if isinstance(text, bytes) else str(text)
 
 
+INK, QUIET, ACCENT = (0.110, 0.110, 0.133), (0.353, 0.353, 0.392), (0.184, 0.290, 0.541)
+"""Colours of the page of ``umbra view --web``, too: words, remarks, what is set; sRGB."""
+_RULE, _TINT = (0.839, 0.839, 0.863), (0.941, 0.937, 0.925)
+
+
 def _set_style(imgui: Any, unit: float) -> None:
-    imgui.style_colors_dark()
+    imgui.style_colors_light()
     style, colors = imgui.get_style(), imgui.Col_
     style.window_rounding = style.frame_rounding = style.grab_rounding = 4.0
     style.window_border_size = 0.0
-    style.window_padding = imgui.ImVec2(12, 10)
+    style.frame_border_size = 1.0
+    style.window_padding = imgui.ImVec2(14, 10)
     style.item_spacing = imgui.ImVec2(8, 5)
     style.separator_text_border_size = 1.0
     for name, color in (
-        (colors.window_bg, (0.125, 0.137, 0.157, 1.0)),
-        (colors.frame_bg, (0.20, 0.22, 0.25, 1.0)),
-        (colors.frame_bg_hovered, (0.26, 0.29, 0.33, 1.0)),
-        (colors.frame_bg_active, (0.30, 0.34, 0.39, 1.0)),
-        (colors.header, (0.20, 0.22, 0.25, 1.0)),
-        (colors.header_hovered, (0.26, 0.29, 0.33, 1.0)),
-        (colors.header_active, (0.30, 0.34, 0.39, 1.0)),
-        (colors.button, (0.23, 0.27, 0.33, 1.0)),
-        (colors.button_hovered, (0.30, 0.36, 0.45, 1.0)),
-        (colors.button_active, (0.36, 0.44, 0.55, 1.0)),
-        (colors.slider_grab, (0.93, 0.70, 0.30, 1.0)),
-        (colors.slider_grab_active, (1.0, 0.80, 0.42, 1.0)),
-        (colors.check_mark, (0.98, 0.76, 0.36, 1.0)),
-        (colors.text, (0.90, 0.91, 0.93, 1.0)),
+        (colors.window_bg, (1.0, 1.0, 1.0)),
+        (colors.border, (0.71, 0.71, 0.75)),
+        (colors.separator, _RULE),
+        (colors.frame_bg, (1.0, 1.0, 1.0)),
+        (colors.frame_bg_hovered, _TINT),
+        (colors.frame_bg_active, _TINT),
+        (colors.header, (1.0, 1.0, 1.0)),
+        (colors.header_hovered, _TINT),
+        (colors.header_active, _TINT),
+        (colors.button, (1.0, 1.0, 1.0)),
+        (colors.button_hovered, _TINT),
+        (colors.button_active, _RULE),
+        (colors.popup_bg, (1.0, 1.0, 1.0)),
+        (colors.slider_grab, ACCENT),
+        (colors.slider_grab_active, (0.13, 0.21, 0.42)),
+        (colors.check_mark, ACCENT),
+        (colors.text, INK),
+        (colors.text_disabled, QUIET),
     ):
-        style.set_color_(name, imgui.ImVec4(*color))
+        style.set_color_(name, imgui.ImVec4(*color, 1.0))
     style.scale_all_sizes(unit)

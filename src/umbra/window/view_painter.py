@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -21,61 +21,19 @@ from umbra.gl.target import PictureTargets
 from umbra.gl.volume_plan import Statistics
 from umbra.methods import Softness
 from umbra.rays import VisibleSurface
-from umbra.rays.depth import DepthBuffer
-from umbra.scene import Camera, Scene
-from umbra.scene.camera import choose_sky
+from umbra.rays.depth import GROUND, DepthBuffer
+from umbra.scene import Camera, Light, Scene
+from umbra.scene.camera import GROUND_COLOR, Sky, choose_sky
+from umbra.scene.pale import PALENESS, TABLE, choose_pale_sky, expose_suns, make_pale
 from umbra.soft import find_method
 from umbra.window.daylight import Suns
 from umbra.window.frame_profile import Relief, ShadowProfile, count_profile
 from umbra.window.motion import Motion
 from umbra.window.overlays import Overlays
-from umbra.window.view_state import ViewState
+from umbra.window.view_state import SUN, ViewState
 
-__all__ = ["SAMPLES", "SMOOTH", "DrawnView", "Pacing", "ViewPainter"]
+__all__ = ["SAMPLES", "DrawnView", "ViewPainter"]
 
-
-SMOOTH = 4
-"""Samples of each pixel; in software, which takes 5 times as long for them, of views at rest."""
-
-
-@dataclass
-class Pacing:
-    """
-    Chooses between full and half resolution, and the samples, from measured frame times [ms].
-
-    If a full frame takes longer than ``slow``, moving views are drawn at half resolution. Software
-    antialiases once a view is at rest, unless that holds up the next move for ``patience``.
-    """
-
-    slow: float = 80.0
-    patience: float = 1000.0
-    whole: float = 0.0
-    smooth: float = 0.0
-    is_software: bool = True
-
-    def choose_step(self, is_moving: bool) -> int:
-        """Return 1 for full resolution, 2 for half."""
-        return 2 if is_moving and self.whole > self.slow else 1
-
-    def choose_samples(self, rested: float) -> int:
-        """Return the samples per pixel of a view that is the same for a time [s]."""
-        # Of either only one may have been measured in an hour like this.
-        is_dear = min(self.smooth, _TIMES * self.whole) > self.patience
-        return 1 if self.is_software and (is_dear or rested < _PAUSE) else SMOOTH
-
-    def note(self, step: int, spent: float, samples: int = 1) -> None:
-        """Update the estimated time of a full frame from a frame's time [ms]."""
-        if self.is_software and samples > 1:
-            self.smooth = spent
-        elif step == 1:
-            self.whole = spent
-        else:
-            # A quarter of the pixels, but much of the cost does not depend on them.
-            self.whole = 0.5 * (self.whole + 3.0 * spent)
-
-
-_PAUSE = 0.3  # [s] until a view is at rest
-_TIMES = 5.0  # as long takes a frame of ``SMOOTH`` samples in software
 
 SAMPLES = 32
 """Points of each light in a window."""
@@ -132,17 +90,28 @@ class ViewPainter:
         z of a drawn, receiving plane, in the model's own coordinates [m].
     threads : int
         For pictures on the CPU.
+    is_pale : bool
+        Whether views have the look of umbra's pictures (`umbra.scene.pale`), in place of the
+        model's own colours.
     """
 
     def __init__(
-        self, device: Device, scene: Scene, ground: float | None = None, threads: int = 1
+        self,
+        device: Device,
+        scene: Scene,
+        ground: float | None = None,
+        threads: int = 1,
+        *,
+        is_pale: bool = False,
     ) -> None:
+        scene = make_pale(scene, PALENESS, TABLE) if is_pale else scene
         self.device, self.scene, self.ground, self.threads = device, scene, ground, threads
+        self.is_pale = is_pale
         self._warnings: list[str] = []
         self._no_cast: frozenset[int] = frozenset()
         self._frames = ExitStack()
         self._begin()
-        self.motion = Motion(scene)
+        self.motion = Motion(self.scene)
         self.timers = Timers(device)
 
     def _begin(self) -> None:
@@ -151,6 +120,7 @@ class ViewPainter:
         self.renderer = SceneRenderer(
             self.scene, self.ground, casters=self._list_casters(), device=self.device,
             softness=Softness(samples=SAMPLES), warn=warn,
+            ground_color=TABLE if self.is_pale else GROUND_COLOR,
         )  # fmt: skip
         self._counter: tuple[str, Any] | None = None
         self._decorate()
@@ -185,6 +155,7 @@ class ViewPainter:
         """
         start = time.perf_counter()
         self._warnings.clear()
+        view = self._expose(view)
         self._move(self.motion.pose(view), view.no_cast)
         shining = view.shining()
         camera = view.viewpoint.camera(size)
@@ -204,7 +175,8 @@ class ViewPainter:
             self.renderer.draw(
                 camera, lights, view.method, soft=view.soft,
                 mask_scale=view.mask_scale, mask_filter=view.mask_filter,
-                samples=1 if view.overlays else samples, sky=choose_sky(list(shining.values())),
+                samples=1 if view.overlays else samples,
+                sky=self._choose_sky(list(shining.values())),
             )  # fmt: skip
         statistics = {} if is_apart else dict(zip(shining, self.renderer.statistics, strict=True))
         suns = view.profile_suns() if view.overlays & {"profile", "relief"} else None
@@ -243,6 +215,21 @@ class ViewPainter:
         """Free the device objects."""
         self._frames.close()
         release_all(self.timers, self.overlays, self.profile, self.renderer)
+
+    def _expose(self, view: ViewState) -> ViewState:
+        """Return the view with its suns as bright as pale pictures have them."""
+        shining = view.shining()
+        if not self.is_pale or not shining:
+            return view
+        for number, light in zip(shining, expose_suns(list(shining.values())), strict=True):
+            if number == SUN:
+                view = replace(view, sun=replace(view.sun, color=light.color))
+            else:
+                view = view.change_light(number, light)
+        return view
+
+    def _choose_sky(self, lights: list[Light]) -> Sky:
+        return choose_pale_sky(lights) if self.is_pale else choose_sky(lights)
 
     def _move(self, scene: Scene, no_cast: frozenset[int]) -> None:
         """Update the pose and the casters; overlays are rebuilt where geometry is."""
@@ -313,27 +300,26 @@ class ViewPainter:
         marks.append(time.perf_counter())
         colors = blend_layers(
             (
-                find_colors(
-                    self.scene,
-                    frame,
-                    lights,
-                    lit,
-                    seen,
-                    counts,
-                    areas,
-                    camera,
-                    left,
-                    sky=choose_sky(lights),
-                ),
-                opacity,
+                self._paint_ground(
+                    find_colors(
+                        self.scene, frame, lights, lit, seen, counts, areas, camera, left,
+                        sky=self._choose_sky(lights),
+                    ), frame,
+                ), opacity,
             )
             for seen, frame, (lit, counts, left), opacity in layers
-        )
+        )  # fmt: skip
         picture = encode_srgb(colors)
         marks.append(time.perf_counter())
         spent = 1e3 * np.diff(marks)
         passes |= dict(zip(("see", "count", "shade"), spent.tolist(), strict=True))
         return picture
+
+    def _paint_ground(self, linear: NDArray, frame: VisibleSurface) -> NDArray:
+        """Return a picture in linear RGB whose plane has the colour of a table, if pale."""
+        if self.is_pale:
+            linear[frame.part == GROUND] *= np.array(TABLE) / GROUND_COLOR
+        return linear
 
     def _light(
         self,

@@ -50,8 +50,10 @@ PAPERS = {"a3": (420 / 25.4, 297 / 25.4), "a1": (841 / 25.4, 594 / 25.4)}
 """Width and height of the papers [inch]."""
 CAPTION, GAP, AXIS = 0.28, 0.22, 0.7  # above a map, between them, and left of one [inch]
 FOOT = 0.5  # of the note [inch]
-SCALES = tuple(n * 10**power for power in range(1, 6) for n in (1, 2, 5))
-"""A planner's scales: 1:100, 1:200, 1:500 and on."""
+SCALES = (10, 20, 50) + tuple(
+    n * 10**power for power in range(6) for n in (100, 125, 200, 250, 500)
+)
+"""A planner's scales: 1:100, 1:125, 1:200, 1:250, 1:500 and on."""
 FINER_SCALES = SCALES[:3] + tuple(
     n * 10**power for power in range(4) for n in (100, 125, 150, 200, 250, 300, 400, 500, 750)
 )

@@ -77,7 +77,7 @@ def make_measured_points_sheet(
     share = np.clip(np.nan_to_num(values) / end, 0, 1)
     colors = ramp[np.rint(share * (len(ramp) - 1)).astype(np.intp)]
     colors[np.isnan(values)] = MISSING
-    texts = [quantity.show(value) for value in values]
+    texts = ["-" if np.isnan(value) else quantity.show(value) for value in values]
     fill_points(panel, places, colors, texts, names)
     _draw_key(sheet, quantity, end)
     return sheet

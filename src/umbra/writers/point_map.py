@@ -71,16 +71,21 @@ def _fill_hours(
     """Draw points on a map in the colours of their hours."""
     hours = np.asarray(day.hours, np.float64)
     is_night = day.is_night or not max_hours > 0
-    share = hours / max(max_hours, 1e-9)
+    share = np.nan_to_num(hours) / max(max_hours, 1e-9)
     colors = ramp[np.clip(share * (len(ramp) - 1) + 0.5, 0, len(ramp) - 1).astype(np.intp)]
     colors[day.find_dark()] = NO_SUN
+    colors[np.isnan(hours)] = MISSING  # what a proposal brings loses nothing to it
     if is_night:
         colors = np.full_like(colors, MISSING)
     shown = max_hours - hours if show == "sun" else hours
-    texts = [""] * len(shown) if is_night else [f"{value:.3g} h" for value in shown[: FEW + 1]]
+    texts = [""] * len(shown) if is_night else [_tell(value) for value in shown[: FEW + 1]]
     fill_points(panel, places, colors, texts, names)
     if is_night:
         panel.write_over(NIGHT)
+
+
+def _tell(hours: float) -> str:
+    return f"{hours:.3g} h" if hours == hours else "-"  # noqa: PLR0124  (NaN)
 
 
 def fill_points(

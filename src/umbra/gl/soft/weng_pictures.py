@@ -193,7 +193,7 @@ def plan_layers(
     """
     statistics = replace(hard.statistics, deepest=layers.deepest)
     whole = replace(
-        hard, projection=projection, draws=tuple(draws), start=0, case=selection.case,
+        hard, projection=projection, draws=tuple(draws), start=0, end=None, case=selection.case,
         statistics=statistics, selection=selection, volumes=tuple(layers.volumes),
     )  # fmt: skip
     uncut = (selection.flags & (Z_FAILS | CUT)) == Z_FAILS

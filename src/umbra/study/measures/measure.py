@@ -15,15 +15,20 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 from numpy.typing import NDArray
 
 from umbra.errors import InputError, UmbraError, show_value
+from umbra.machine import find_memory, name_memory
 
 if TYPE_CHECKING:
     from umbra.lights import Lights, Period
     from umbra.sun import Site
 
-__all__ = ["Asked", "Measure", "Quantity", "guard"]
+__all__ = ["Asked", "Measure", "Quantity", "count_at_once", "guard"]
 
-MOST_COLUMNS = 512
-"""Columns of weights, each a sum in memory and in the kernels' loops at every receiver."""
+COLUMN_BYTES = 28
+"""Memory of a column of weights at a receiver: its sum, and copies while it is derived; measured 27
+on planes, 19 on walls [byte]."""
+LEAST_TILE = 65_536
+"""Fewest receivers that are counted at a time: fewer take longer than what they share."""
+_SHARE = 0.25  # of the memory, for the sums of a tile
 
 
 @dataclass(frozen=True)
@@ -119,15 +124,34 @@ def _make_lights(measure: "Measure", asked: Asked) -> "Lights":
             raise
         msg = f"measure '{measure.name}' cannot be counted: {error}"
         raise InputError(msg, option="measure", measure=measure.name) from error
-    count, columns = lights.weights.shape
-    if columns > MOST_COLUMNS:
+    most = count_at_once(measure, lights)
+    if most < LEAST_TILE:
+        count, columns = lights.weights.shape
+        needed, held = COLUMN_BYTES * LEAST_TILE * _count_sums(measure, lights), find_memory()
         msg = (
             f"measure '{measure.name}' has {columns:,} columns of weights for {count:,} lights, "
-            f"and each is a sum at every receiver; at most {MOST_COLUMNS} are counted, so take "
-            "fewer dates or longer steps with every=, or add up lights of one kind in one column"
+            f"each a sum at every receiver: {LEAST_TILE:,} receivers, the fewest that are counted "
+            f"at a time, need {needed / 1e9:.1f} GB; {name_memory(held)}, of which sums may take "
+            f"a quarter: at most {columns * most // LEAST_TILE:,} columns. Take fewer dates or "
+            "longer steps with every=, or add up lights of one kind in one column"
         )
         raise InputError(msg, option="measure", measure=measure.name, columns=columns)
     return lights
+
+
+def count_at_once(measure: "Measure", lights: "Lights", *, copies: int = 1) -> int:
+    """
+    Return how many receivers a measure's sums fit in memory for.
+
+    ``copies`` is the number of times that they are made: before a proposal, and through canopies.
+    """
+    sums = _count_sums(measure, lights) * copies
+    return int(_SHARE * find_memory() / (COLUMN_BYTES * max(sums, 1)))
+
+
+def _count_sums(measure: "Measure", lights: "Lights") -> int:
+    """Return the sums at a receiver: of each column, along each axis if it follows the normal."""
+    return lights.weights.shape[1] * (3 if measure.follows_normal else 1)
 
 
 class Measure(ABC):

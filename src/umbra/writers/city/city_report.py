@@ -21,6 +21,7 @@ from umbra.writers.city.city_figures import (
     tell_city_hours,
 )
 from umbra.writers.city.city_map import make_city_map
+from umbra.writers.city.city_measures import lay_out_city_measures, tell_city_measures
 from umbra.writers.city.city_plan import CityPlan
 from umbra.writers.city.store_window import (
     CityResult,
@@ -39,6 +40,7 @@ from umbra.writers.report.markup import (
     make_sheets,
     make_table,
 )
+from umbra.writers.report.measure_tables import caption_measures
 from umbra.writers.report.tables import lay_out_month_table
 
 __all__ = ["CityTold", "write_city_report"]
@@ -96,9 +98,12 @@ def write_city_report(folder: Path, told: CityTold) -> Path:
     tables = [_link(table, numbers) if has_map else table for table in told.tables]
     named = lay_out_area_table(told.areas, is_on_map=has_map)
     of_areas, of_all = tell_areas(told.areas), tell_city_hours(figures, period)
+    quantities = told.job.options.quantities
+    of_all += tell_city_measures(figures, quantities)
     answers = [*of_all, *of_areas] if tables else [*of_areas, *of_all]
     first, others = make_answers(tables, answers)
-    shown = [*tables, named, by_month, _list_losses(folder)]
+    measures = lay_out_city_measures(figures, quantities, of)
+    shown = [*tables, named, by_month, _list_losses(folder), measures]
     style = _read("umbra.writers.report", "page.css") + _read(_HERE, "report.css")
     script = _read("umbra.writers.report", "tables.js") + _read(_HERE, "report.js")
     site, options = told.job.site, told.job.options
@@ -118,7 +123,8 @@ def write_city_report(folder: Path, told: CityTold) -> Path:
         "map": _make_map(plan, areas, told.verdicts) if plan is not None and has_map else "",
         "tables": "\n".join(make_table(table) for table in shown if table is not None),
         "sheets": make_sheets(
-            [(words, folder / f"{name}.png") for name, words in _PICTURES.items()
+            [(words, folder / f"{name}.png")
+             for name, words in (_PICTURES | caption_measures(quantities)).items()
              if (folder / f"{name}.png").exists()]
         ),
         "facts": make_facts(_list_facts(told, of)),

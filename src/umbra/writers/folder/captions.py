@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from umbra.scene import Scene
 from umbra.scene.named_places import Area
 from umbra.study import FinerHours, Preview, Study, StudyOptions, split_dates
+from umbra.study.measures import Measure
 from umbra.sun import find_daylight, name_date
 from umbra.sun.day_times import CLOCKS, is_of_the_sun
 from umbra.writers.folder import FolderJob
@@ -122,8 +123,14 @@ def name_shown(plan: Plan, study: Study) -> Plan:
     return plan if len(shown) == len(days) else replace(plan, date=f"{len(shown)} of {plan.date}")
 
 
-def describe(job: FolderJob, preview: Preview, which: range) -> Plan:
-    """Describe the picture of some of a study's days: coordinates, titles and captions."""
+def describe(
+    job: FolderJob, preview: Preview, which: range, measures: Sequence[Measure] | None = None
+) -> Plan:
+    """
+    Describe the picture of some of a study's days: coordinates, titles and captions.
+
+    ``measures`` are those that it shows instead of hours.
+    """
     study, options, outputs = job.study, job.options, job.outputs
     canopies = preview.find_canopies() if options.canopy else None
     x, y, axes = _find_axes(study, preview)
@@ -148,7 +155,7 @@ def describe(job: FolderJob, preview: Preview, which: range) -> Plan:
         subtitle=outputs.subtitle or "",
         place=tell_place(study),
         date=" · ".join(filter(None, [told, tell_times(study, options, which)])),
-        note=describe_foot(study, options),
+        note=describe_foot(study, options, measures=measures),
         axes=axes,
         has_scale=study.kind.has_scale,
         roofs_cover=study.kind.lies_under_roofs,

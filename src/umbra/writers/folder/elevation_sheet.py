@@ -102,7 +102,7 @@ def draw_sheet(job: FolderJob, plan: Plan) -> list[str]:
             job.folder / name, arrangement, maps, scale.most if plans[k].up_hours > 0 else 0.0,
             show=scale.show, what=scale.what,
             content=SheetContent(
-                (float(model[0]), float(model[1])), *_find_moments(plans[k], plan),
+                (float(model[0]), float(model[1])), *_find_moments(plans[k], plan, need),
                 _find_sun_path(plans[k]), logo,
             ),
         )  # fmt: skip
@@ -126,9 +126,9 @@ def _find_hours(study: Study) -> Stamps | None:
 
 
 def _find_moments(
-    study: Study, plan: Plan
+    study: Study, plan: Plan, need: NDArray[np.float64]
 ) -> tuple[list[tuple[str, NDArray[np.bool_]]], Plan | None]:
-    """Return the shadows at whole hours with the sun up, and the plan of their cells."""
+    """Return the shadows at whole hours with the sun up, where needed, and their plan."""
     stamps = _find_hours(study)
     if stamps is None:
         return [], None
@@ -138,8 +138,12 @@ def _find_moments(
         plan, x=preview.x, y=preview.y, building_height=preview.heights.astype(np.float32),
         appearance=None, canopies=None, nothing=None, proposed=None, context=(),
     )  # fmt: skip
-    pairs = zip(stamps.labels(), preview.shadows, up, strict=True)
-    return [(label, mask) for label, mask, is_up in pairs if is_up], shown
+    rows, cols = (
+        slice(*np.searchsorted(cells, need[:, axis]))
+        for axis, cells in ((1, shown.y), (0, shown.x))
+    )
+    pairs = zip(stamps.labels(), preview.shadows[:, rows, cols], up, strict=True)
+    return [(label, mask) for label, mask, is_up in pairs if is_up], shown.crop((rows, cols))
 
 
 def _find_sun_path(study: Study) -> SunRose:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from umbra.study import FinerHours, Study, StudyOptions
-from umbra.study.measures import guard
+from umbra.study.measures import Measure, guard
 from umbra.writers.folder import FolderJob
 from umbra.writers.picture_content import Plan
 
@@ -34,11 +34,13 @@ def describe_making(
     finer: FinerHours | None = None,
     *,
     shows_hours: bool = True,
+    measures: Sequence[Measure] | None = None,
 ) -> str:
     """
     Describe how a study was made and drawn, for the foot of its pictures.
 
-    A profile shows no hours, only shadows at times that it names.
+    A profile shows no hours, only shadows at times that it names; ``measures`` are those that a
+    picture shows instead of hours.
     """
     version = f"umbra {study.facts['umbra_version']}"
     cells = study.kind.tell_cells(study.grid, study.facts)
@@ -50,7 +52,7 @@ def describe_making(
         shown.append(f"only {list_few(options.on)} and the ground are drawn, shaded by all casters")
     if study.period.horizon is not None:
         shown.append("the land around casts shadows")
-    method = describe_method(study, options, finer, shows_hours=shows_hours)
+    method = describe_method(study, options, finer, shows_hours=shows_hours, measures=measures)
     return " · ".join([version, cells, *ground, *shown, *method])
 
 
@@ -60,10 +62,12 @@ def describe_foot(
     finer: FinerHours | None = None,
     *,
     shows_hours: bool = True,
+    measures: Sequence[Measure] | None = None,
 ) -> str:
-    """Describe how a study was made and drawn, and what its frame cuts."""
-    making = describe_making(study, options, finer, shows_hours=shows_hours)
-    return " · ".join(filter(None, [making, tell_cut(study, shows_hours=shows_hours)]))
+    """Describe how a study was made and drawn, and what its frame cuts of hours."""
+    making = describe_making(study, options, finer, shows_hours=shows_hours, measures=measures)
+    cut = tell_cut(study, shows_hours=shows_hours) if measures is None else ""
+    return " · ".join(filter(None, [making, cut]))
 
 
 def tell_cut(study: Any, *, shows_hours: bool = True) -> str:
@@ -100,12 +104,15 @@ def describe_method(
     finer: FinerHours | None = None,
     *,
     shows_hours: bool = True,
+    measures: Sequence[Measure] | None = None,
 ) -> list[str]:
-    """Describe time steps, accuracy, casters and the proposed development."""
+    """Describe time steps or measures, accuracy, casters and the proposed development."""
     facts = study.facts
     notes = []
-    if not study.has_hours:
-        notes = list(filter(None, (guard(one, one.tell, options) for one in options.measures)))
+    if measures is None and not study.has_hours:
+        measures = options.measures
+    if measures is not None:
+        notes = list(filter(None, (guard(one, one.tell, options) for one in measures)))
         notes = list(dict.fromkeys(notes))
     elif shows_hours and "exact_tolerance_seconds" in facts:
         notes = [f"instants solved to {facts['exact_tolerance_seconds']:g} s"]
@@ -118,7 +125,7 @@ def describe_method(
         notes = [f"sun every {every}, at the middle of each step"]
         if study.up_hours > 0:
             notes.append(f"hours ± {half:.3g} min for each edge of shadow that passes")
-    if study.has_hours:
+    if measures is None:
         radius = facts.get("sun_disc_deg")
         how = f"as a disc of {radius}\N{DEGREE SIGN} radius" if radius else "as a point source"
         notes.append(f"sun {how}, refraction {facts['refraction']}")

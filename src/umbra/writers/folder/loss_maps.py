@@ -77,7 +77,7 @@ def draw_lost(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
     for k, one in zip(which, shown, strict=True):
         hours = every[k][where] / divisor
         hatched = _fit_mask(one.more["newly_under"][1], most.shape)[where]
-        area = f"{limit}: {_tell_area(one.more['neighbour_area_newly_under'][1], of)}"
+        area = f"{limit}: {_tell_area(_find_newly(one), of)}"
         maps.append(make_map(one, shown, hours, area, hatched=hatched))
     if len(shown) == 1:
         limit = area
@@ -116,9 +116,15 @@ def _find_lost(
     return np.where(np.isnan(lost), lost, found)
 
 
-def _tell_area(areas: NDArray[np.float64], of: str) -> str:
-    """Describe the area of all neighbours together, followed by what it is ``of``."""
-    area = float(areas.sum())
+def _find_newly(study: Study) -> float:
+    """Return the area newly under the limit, of what the summary and tables count [m2]."""
+    groups = study.kind.list_counted(study)
+    newly = np.asarray(study.more["newly_under"][1]) > 0
+    return groups[-1].add_up(newly) if groups else 0.0
+
+
+def _tell_area(area: float, of: str) -> str:
+    """Describe an area, followed by what it is ``of``."""
     told = "nothing" if of else "nowhere"
     if area > 0:
         told = f"{area:,.0f} m²" if area >= 10 else f"{area:.2g} m²"

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.study import make_preview
-from umbra.study.measures import Quantity
+from umbra.study import Preview, make_preview
+from umbra.study.measures import Measure, Quantity, guard
 from umbra.writers.folder import FolderJob
 from umbra.writers.folder.captions import describe
 from umbra.writers.folder.context import add_context
@@ -42,21 +42,25 @@ def draw_measures(job: FolderJob, plan: Plan | None = None) -> list[str]:
     kind = job.study.kind
     if not kind.is_raster and job.study.samples is None:
         return _draw_points(job)
-    plan = _describe(job, plan)
-    names = []
-    for one, values in _list_drawn(job):
-        shown = values if values.shape == plan.shape else resample(values, plan.shape)
-        names.append(f"{one.name}.png")
-        job.painter.draw_measure(job.folder / names[-1], plan, shown, one, find_end(one, values))
+    preview, names = make_preview(job.study), []
+    for measure in job.options.measures:
+        drawn = _list_drawn(job, measure)
+        if not drawn:
+            continue
+        plan = _describe(job, measure, preview, plan)
+        for one, values in drawn:
+            shown = values if values.shape == plan.shape else resample(values, plan.shape)
+            names.append(f"{one.name}.png")
+            path, end = job.folder / names[-1], find_end(one, values)
+            job.painter.draw_measure(path, plan, shown, one, end)
     return names
 
 
-def _describe(job: FolderJob, plan: Plan | None) -> Plan:
-    """Describe the maps of measures; those of no sun have no dates."""
-    study = replace(job.study, has_hours=False)
-    needs_sun = any(one.needs_sun for one in job.options.measures)
-    days = range(len(study.period.days) if needs_sun else 0)
-    drawn = describe(replace(job, study=study), make_preview(study), days)
+def _describe(job: FolderJob, measure: Measure, preview: Preview, plan: Plan | None) -> Plan:
+    """Describe the maps of a measure; one of no sun has no dates."""
+    study = job.study
+    days = range(len(study.period.days) if measure.needs_sun else 0)
+    drawn = describe(job, preview, days, [measure])
     appearance = None if plan is None else plan.appearance
     if appearance is None and job.outputs.endings and not study.kind.is_level:
         from umbra.writers.edges import find_grid_appearance  # noqa: PLC0415
@@ -66,11 +70,11 @@ def _describe(job: FolderJob, plan: Plan | None) -> Plan:
     return replace(drawn, appearance=appearance)
 
 
-def _list_drawn(job: FolderJob) -> list[tuple[Quantity, NDArray[np.float32]]]:
-    """List the variables that have a map, and those of what a proposal takes where it takes any."""
+def _list_drawn(job: FolderJob, measure: Measure) -> list[tuple[Quantity, NDArray[np.float32]]]:
+    """List a measure's maps, with those of what a proposal takes where it takes any."""
     found: list[tuple[Quantity, NDArray[np.float32]]] = []
     more = job.study.more
-    for one in job.study.quantities:
+    for one in guard(measure, lambda: measure.quantities):
         if not one.is_drawn:
             continue
         values = np.asarray(more[one.name][1], np.float32)
@@ -103,14 +107,16 @@ def _pick(
 
 def _draw_points(job: FolderJob) -> list[str]:
     """Draw points on a plan of the buildings around them."""
-    plan = add_context(job, lay_out_points(job))
     more: Any = job.study.more
     labels = more["name"][1].tolist() if "name" in more else []
     names = []
-    for one, values in _list_drawn(job):
-        names.append(f"{one.name}.png")
-        job.painter.draw_measured_points(
-            job.folder / names[-1], plan, job.study.places, values, one, find_end(one, values),
-            labels,
-        )  # fmt: skip
+    for measure in job.options.measures:
+        drawn = _list_drawn(job, measure)
+        if not drawn:
+            continue
+        plan = add_context(job, lay_out_points(job, [measure]))
+        for one, values in drawn:
+            names.append(f"{one.name}.png")
+            path, end, places = job.folder / names[-1], find_end(one, values), job.study.places
+            job.painter.draw_measured_points(path, plan, places, values, one, end, labels)
     return names

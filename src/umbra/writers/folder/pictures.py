@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from umbra.study import (
     split_dates,
 )
 from umbra.study.finer import LONGEST
+from umbra.study.measures import Measure
 from umbra.study.preview import choose_stamps
 from umbra.sun import find_daylight, find_sun
 from umbra.sun.clock import Stamps, find_stamps
@@ -40,7 +41,7 @@ from umbra.writers.folder.context import add_context
 from umbra.writers.folder.foot import describe_finer, describe_method, list_few
 from umbra.writers.folder.loss_maps import count_dates, draw_lost, fit_hours, make_map
 from umbra.writers.folder.month_maps import BY_MONTH, draw_months
-from umbra.writers.folder.shown_window import crop_dates
+from umbra.writers.folder.shown_window import CROPPED, crop_dates, crop_plan, find_lasting
 from umbra.writers.picture_content import DayShadows, Plan, find_map_size, name_hours
 
 if TYPE_CHECKING:
@@ -139,7 +140,12 @@ def _draw_profiles(job: FolderJob, sheets: PictureSheets) -> None:
         fine = refine_preview(study, coarse, longest, steps[k], like=fine)
         views.append((k, steps[k], fine))
     whole = describe_smooth(plan, study, views[0][2])
-    _draw_profile(job, "profile.png", name_shown(whole, study), views)
+    dates = [fit_hours(one.shadow_hours - one.period.land_hours, whole.shape)
+             for one in split_dates(study)]  # fmt: skip
+    where = find_lasting(job, whole, dates)
+    if where is not None:
+        whole = replace(crop_plan(study, whole, where), note=f"{whole.note} · {CROPPED}")
+    _draw_profile(job, "profile.png", name_shown(whole, study), views, where)
 
 
 def _is_dense(view: Preview) -> bool:
@@ -237,12 +243,17 @@ def _draw_hours(
 
 
 def _draw_profile(
-    job: FolderJob, name: str, plan: Plan, views: Sequence[tuple[int, Stamps, Preview]]
+    job: FolderJob,
+    name: str,
+    plan: Plan,
+    views: Sequence[tuple[int, Stamps, Preview]],
+    where: tuple[slice, slice] | None = None,
 ) -> None:
-    """Draw the shadows of some dates, by number, at their stamps."""
+    """Draw the shadows of some dates, by number, at their stamps, or a window of them."""
+    shown: Any = (slice(None), *(where or ()))
     days = job.study.period.days
     maps = [
-        DayShadows(view.shadows, stamps.labels(), view.away, str(days[k]),
+        DayShadows(view.shadows[shown], stamps.labels(), view.away, str(days[k]),
                    str(find_daylight(job.study.site, days[k])) if len(views) > 1 else "",
                bool(np.isnan(view.away).all()))
         for k, stamps, view in views
@@ -286,8 +297,8 @@ def draw_surfaces(job: FolderJob) -> list[str]:
     return draw_pictures(job, PictureSheets.of(job))
 
 
-def lay_out_points(job: FolderJob) -> Plan:
-    """Lay out a plan of the buildings around points."""
+def lay_out_points(job: FolderJob, measures: Sequence[Measure] | None = None) -> Plan:
+    """Lay out a plan of the buildings around points, of hours or of ``measures``."""
     study, scene = job.study, job.scene
     points, origin, asked = study.places.points, scene.origin, job.options.proposed
     new = scene.select(asked) if asked else []
@@ -310,7 +321,7 @@ def lay_out_points(job: FolderJob) -> Plan:
         floor = find_surface(land, grid, level).heights
     heights = surface.heights - floor
     return replace(
-        describe_points(job),
+        describe_points(job, measures),
         x=grid.x + origin[0],
         y=grid.y + origin[1],
         building_height=heights.astype(np.float32),
@@ -347,27 +358,24 @@ def draw_plan_of_points(job: FolderJob) -> list[str]:
     return ["points.png", "hours_lost.png"]
 
 
-def describe_points(job: FolderJob) -> Plan:
-    """Describe surfaces or points for a report."""
+def describe_points(job: FolderJob, measures: Sequence[Measure] | None = None) -> Plan:
+    """Describe surfaces or points for a report, or for a map of ``measures`` instead of hours."""
     study, options, outputs = job.study, job.options, job.outputs
-    what = study.kind.name
-    spot = f"{len(study.shadow_hours):,} {'squares of areas' if what == 'areas' else what}"
-    if study.samples is not None:
-        what, spot = "walls and roofs", f"samples {study.samples.spacing:g} m apart"
+    has_dates = measures is None or any(measure.needs_sun for measure in measures)
     nowhere = np.zeros(1)
     return Plan(
         nowhere,
         nowhere,
-        title=outputs.title or f"{name_model(job.scene)}, {what}",
+        title=outputs.title or f"{name_model(job.scene)}, {study.kind.noun}",
         subtitle=outputs.subtitle or "",
         place=tell_place(study),
-        date=tell_times(study, options, range(len(study.period.days))),
+        date=tell_times(study, options, range(len(study.period.days) if has_dates else 0)),
         note=" · ".join(
             [
                 f"umbra {study.facts['umbra_version']}",
-                spot,
+                study.kind.tell_count(study),
                 str(study.facts["ground"]),
-                *describe_method(study, options),
+                *describe_method(study, options, measures=measures),
             ]
         ),
     )

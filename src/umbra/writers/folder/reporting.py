@@ -13,6 +13,7 @@ from umbra.writers.folder.loss_maps import count_dates, count_lost
 from umbra.writers.folder.summary import tell_answers
 from umbra.writers.picture_content import Plan, name_hours
 from umbra.writers.report import write_report
+from umbra.writers.report.measure_tables import caption_measures, list_measures
 from umbra.writers.report.vector_map import MOST_DATES, pack_vector_map
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ def write_job_report(
         timeline=timeline, show=show,
         answers=tell_answers(study, options.proposed, effect_first=True), proposed=options.proposed,
         obstructing=select_casters(study.model.scene, options.cast, options.no_cast),
-        fine=_count_map(job, plan),
+        fine=_count_map(job, plan), measured=list_measures(study, options),
     )  # fmt: skip
 
 
@@ -70,11 +71,9 @@ def _find_sheets(job: FolderJob) -> Iterator[tuple[str, Path]]:
         "sheet": "Plan and elevations",
         "months": f"{hours} by month",
         "who": "Who casts the shadow",
-        "points": f"{hours} at the points",
+        "points": f"{hours} at the {job.study.kind.noun}",
     }
-    for quantity in job.study.quantities:
-        name = quantity.long_name[:1].upper() + quantity.long_name[1:]
-        words |= {quantity.name: name, f"{quantity.name}_lost": f"{name}: what the proposal takes"}
+    words |= caption_measures(job.study.quantities)
     for path in sorted(job.folder.glob("*.png"), key=lambda path: ("_" in path.stem, path.stem)):
         kind, _, day = path.stem.partition("_")
         caption = f"{words.get(kind, kind)}{f', {day}' if day else ''}"

@@ -1,10 +1,11 @@
 """
 The part of a plan that a picture shows: what matters, with whole gardens and whole buildings.
 
-Pictures of what a proposal takes show where it takes it; those of several dates, which are small,
-shadows of half an hour and more.
+Pictures of what a proposal takes show where it takes it; those of hours, shadows of half an hour
+and more and the ground that shares are of.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -17,11 +18,12 @@ from umbra.writers.folder import FolderJob
 from umbra.writers.picture_content import Plan, find_map_size
 from umbra.writers.pixels import HALF, resample
 
-__all__ = ["CROPPED", "crop_dates", "crop_plan", "find_shown_window"]
+__all__ = ["CROPPED", "crop_dates", "crop_plan", "find_lasting", "find_shown_window"]
 
 CROPPED = "cropped to shadows of half an hour and more"
-"""Words of a picture of several dates."""
-_LASTS = 0.5  # shadow that small maps must include, at any distance [h]
+"""Words of a picture that is."""
+_LASTS = 0.5  # shadow that maps must include, at any distance [h]
+_SPARES = 0.1  # least share of a plan whose loss makes its maps larger
 _SMALL_ROOM = 0.05  # around it on small maps, of its length
 
 
@@ -43,9 +45,9 @@ def crop_dates(
     shadow_hours: Sequence[NDArray[np.floating]],
 ) -> tuple[Plan, list[NDArray[np.float32]]]:
     """
-    Crop the small maps of several dates or months to one window.
+    Crop the maps of dates or months to one window.
 
-    A chosen rectangle, an elevation or one map is shown whole.
+    A chosen rectangle or an elevation is shown whole.
 
     Parameters
     ----------
@@ -62,19 +64,35 @@ def crop_dates(
         Its note says so where something is left out.
     maps : list of (rows, cols) float32
     """
-    study = job.study
-    if not study.kind.is_plan or job.options.extent is not None or len(maps) < 2:
+    where = find_lasting(job, plan, shadow_hours)
+    if where is None:
         return plan, list(maps)
-    matters = resample(study.laid.is_built.astype(np.float32), plan.shape) > HALF
+    cropped = replace(crop_plan(job.study, plan, where), note=f"{plan.note} · {CROPPED}")
+    return cropped, [hours[where] for hours in maps]
+
+
+def find_lasting(
+    job: FolderJob, plan: Plan, shadow_hours: Sequence[NDArray[np.floating]]
+) -> tuple[slice, slice] | None:
+    """
+    Find the window of lasting shadows; of one date, also of the ground that shares are of.
+
+    Parameters as in ``crop_dates``. None where the plan is shown whole.
+    """
+    study = job.study
+    if not study.kind.is_plan or job.options.extent is not None:
+        return None
+    held = study.laid.is_built
+    counted = study.kind.find_counted(study) if len(shadow_hours) == 1 else None
+    held = held if counted is None else held | counted.which
+    matters = resample(held.astype(np.float32), plan.shape) > HALF
     for hours in shadow_hours:
         matters |= np.nan_to_num(hours) >= _LASTS
     if not matters.any():
-        return plan, list(maps)
+        return None
     where = find_shown_window(matters, plan, _SMALL_ROOM)
-    cropped = crop_plan(study, plan, where)
-    if cropped.shape != plan.shape:
-        cropped = replace(cropped, note=f"{plan.note} · {CROPPED}")
-    return cropped, [hours[where] for hours in maps]
+    kept = math.prod(part.stop - part.start for part in where)
+    return where if kept <= (1 - _SPARES) * math.prod(plan.shape) else None
 
 
 _ROOM = 0.25  # margin around what matters, of its length, by default

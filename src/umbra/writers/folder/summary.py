@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from umbra.receivers.counted import meets_frame
+from umbra.receivers.counted import Counted, meets_frame
 from umbra.study import Study, split_dates, tell_dates
 from umbra.study.area_table import AreaTable, name_share
 from umbra.study.compare import LEAST
@@ -14,7 +14,7 @@ from umbra.study.measures import Quantity
 from umbra.sun import find_daylight, name_date
 from umbra.sun.clock import say_hours
 
-__all__ = ["find_worst", "summarise", "tell_answers", "tell_areas"]
+__all__ = ["find_worst", "summarise", "tell_answers", "tell_areas", "tell_measure"]
 
 _MOST_DATES = 8
 _NEVER = 1e-4  # hours that are none [h]
@@ -23,6 +23,7 @@ _MOST_AREAS = 8
 """Lines that tell of named areas."""
 _MOST = 4
 """Casters that a line tells."""
+_TAKEN = ("mean_before", "mean_lost", "most_lost")
 _MOST_NAMES = 2
 """Most parts of a proposal that are named."""
 
@@ -120,14 +121,37 @@ def tell_answers(
             continue
         if counted is None or figures["mean"] is None:
             continue
-        mean, least, most = (one.show(figures[name]) for name in ("mean", "least", "most"))
         of = counted.with_value(study.more[one.name][1])
-        lines.append(
-            f"{one.long_name}: {mean} in the mean of {of.tell_whole()} "
-            f"({counted.name}{' with a value' if of.whole < counted.whole else ''}), "
-            f"from {least} to {most}"
-        )
+        lost = study.more.get(f"{one.name}_lost")
+        compared = of if lost is None else of.with_value(lost[1])
+        lines.append(tell_measure(one, figures, counted, of, compared, taker))
     return lines
+
+
+def tell_measure(
+    one: Quantity,
+    figures: dict[str, Any],
+    counted: Counted,
+    of: Counted,
+    compared: Counted,
+    taker: tuple[str, str] = ("the proposal", "takes"),
+) -> str:
+    """
+    Tell a measure's mean, least and most, and beside a proposal what it takes.
+
+    ``counted`` is what counts, ``of`` what has a value, ``compared`` what has one before as well.
+    """
+    mean, least, most = (one.show(figures[key]) for key in ("mean", "least", "most"))
+    some = " with a value" if of.whole < counted.whole else ""
+    told = f"{one.long_name}: {mean} in the mean of {of.tell_whole_of()}{some}, "
+    told += f"from {least} to {most}"
+    if "mean_lost" not in figures:
+        return told
+    before, lost, worst = (one.show(figures[key]) for key in _TAKEN)
+    where = f" on the {compared.tell_whole()} there before" if compared.whole < of.whole else ""
+    name, verb = taker
+    told += f"; {before} before{where}, of which {name} {verb} {lost} in the mean"
+    return f"{told}, at most {worst}"
 
 
 def tell_areas(table: AreaTable | None) -> list[str]:
@@ -248,7 +272,16 @@ def _find_figures(study: Study, one: Quantity) -> dict[str, Any]:
     if not len(known):
         return figures
     least, most = float(known.min()), float(known.max())
-    return {**figures, "mean": counted.average(values), "least": least, "most": most}
+    figures |= {"mean": counted.average(values), "least": least, "most": most}
+    if f"{one.name}_lost" in study.more:
+        before, lost = (np.asarray(study.more[f"{one.name}_{w}"][1]) for w in ("before", "lost"))
+        both = counted.with_value(lost)
+        if both.which.any():
+            figures |= {
+                "mean_before": both.average(before), "mean_lost": both.average(lost),
+                "most_lost": float(lost[both.which].max()),
+            }  # fmt: skip
+    return figures
 
 
 def _list_neighbours(study: Study) -> list[dict[str, Any]]:

@@ -52,6 +52,7 @@ from umbra.writers.report.markup import (
     make_summary,
     make_table,
 )
+from umbra.writers.report.measure_tables import find_means
 from umbra.writers.report.packed import tell_left_out
 from umbra.writers.report.sample_tables import list_receivers
 from umbra.writers.report.tables import (
@@ -109,6 +110,7 @@ def write_report(  # noqa: PLR0913  (each part of the page by its name)
     proposed: Sequence[str] = (),
     obstructing: Sequence[int] | None = None,
     fine: dict[str, object] | None = None,
+    measured: Sequence[Table] = (),
 ) -> Instants:
     """
     Write ``report.html``: one file, without network access, for any browser since 2023.
@@ -120,8 +122,9 @@ def write_report(  # noqa: PLR0913  (each part of the page by its name)
     (caption, PNG file), iterated over when all else is ready; tables are verdicts, comparisons
     are found in the study itself; casters and proposed are patterns of parts, notes are the
     readers'. ``obstructing`` are the indices of the parts that obstruct the sky above a place,
-    which the page draws; None: all. ``fine`` is the map of ``pack_vector_map``. A timeline that has
-    been counted already is taken. Returns the instants that the page shows.
+    which the page draws; None: all. ``fine`` is the map of ``pack_vector_map``, ``measured`` are
+    the tables of ``list_measures``. A timeline that has been counted already is taken. Returns the
+    instants that the page shows.
     """
     instants: Instants
     more: list[Table] = []
@@ -141,13 +144,16 @@ def write_report(  # noqa: PLR0913  (each part of the page by its name)
         parts["at"] = parts["at"].format(receiver=study.kind.spot)
         more = list_receivers(study)
     first, others = make_answers(tables, answers)
+    drawn = list(sheets)
+    of_measures = {name for table in measured for name in table.sheets}
     live, own = _make_live(study, plan)
     parts |= live
     parts["script"] = f"{own}\n{parts['script']}"
     parts |= {
         "resolution": escape(told),
         "left_out": make_notice(tell_left_out(study, instants, has_own_hours)),
-        "sheets": make_sheets(list(sheets)),
+        "sheets": make_sheets([one for one in drawn if one[1].stem not in of_measures]),
+        "measures": "\n".join(make_table(table, drawn) for table in measured),
         "facts": make_facts(find_facts(study, casters, notes)),
         "answers": first,
         "more_answers": f'<div class="answers">{others}</div>' if others else "",
@@ -239,7 +245,7 @@ def _fill_page(
         "policy": escape(make_policy(style, parts["script"])),
         "views": _read(parts["views"]),
         "style": style,
-        "summary": make_summary(_sum_up(study)),
+        "summary": make_summary([*_sum_up(study), *find_means(study)]),
         "tables": "\n".join(make_table(table) for table in shown),
         "footer": escape(plan.foot),
         # No data can end the script element that holds it.

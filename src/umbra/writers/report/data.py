@@ -155,8 +155,8 @@ def make_model_data(study: Study, instants: Instants) -> dict[str, object]:
         given = study.more.get("name")
         named = [] if given is None else np.asarray(given[1]).tolist()
         more = {
-            "names": [name or f"point {k + 1}" for k, name in enumerate(named)]
-            or [f"point {k + 1}" for k in shown],
+            "names": [name or f"{study.kind.spot} {k + 1}" for k, name in enumerate(named)]
+            or [f"{study.kind.spot} {k + 1}" for k in shown],
             "normals": pack(study.places.normals.astype("<f4").tobytes()),
         }
     else:
@@ -187,7 +187,8 @@ def make_model_data(study: Study, instants: Instants) -> dict[str, object]:
 
 def tell_model(study: Study, instants: Instants, data: dict[str, object]) -> str:
     """Describe the receivers and instants of the page."""
-    what, count = ("points", "samples")[study.samples is not None], len(study.shadow_hours)
+    count = len(study.shadow_hours)
+    what = study.kind.noun if study.samples is None else "samples"
     shown = int(str(data["count"]))
     if shown < count:
         words = f"This picture shows {shown:,} of the study's {count:,} {what}; study.nc has all"

@@ -45,6 +45,7 @@ class Table:
     link: int = 0  # the column that is clicked
     pins: Sequence[Pin] = ()  # marked on a plan
     answer: str = ""  # of verdicts, in a sentence; default: the title
+    sheets: Sequence[str] = ()  # the pictures above it, by the names of their files without ending
 
 
 _FIRST = 2  # sentences above the map
@@ -105,16 +106,19 @@ def make_sheets(sheets: Sequence[tuple[str, Path]]) -> str:
     """Return pictures with their captions as alternative texts; nothing without pictures."""
     if not sheets:
         return ""
-    figures = "\n".join(
+    return f'<section aria-label="Sheets">\n<h2>Sheets</h2>\n{_make_figures(sheets)}\n</section>'
+
+
+def _make_figures(sheets: Sequence[tuple[str, Path]]) -> str:
+    return "\n".join(
         f'<figure>{_begin_wide(caption)}<img src="{make_address(path.read_bytes())}" '
         f'alt="{html.escape(caption)}"></div></figure>'
         for caption, path in sheets
     )
-    return f'<section aria-label="Sheets">\n<h2>Sheets</h2>\n{figures}\n</section>'
 
 
-def make_table(table: Table) -> str:
-    """Turn a table into HTML; numbers stand to the right."""
+def make_table(table: Table, sheets: Sequence[tuple[str, Path]] = ()) -> str:
+    """Turn a table into HTML, below its pictures among ``sheets``; numbers stand to the right."""
     text = html.escape
     numeric = [_is_numeric([row[k] for row in table.rows]) for k in range(len(table.columns))]
     marks = ["number" if is_number else "" for is_number in numeric]
@@ -153,8 +157,10 @@ def make_table(table: Table) -> str:
     )
     body = "\n".join(line(n, row) for n, row in enumerate(table.rows))
     note = f'<p class="quiet note">{text(table.note)}</p>' if table.note else ""
+    figures = _make_figures([one for one in sheets if one[1].stem in table.sheets])
     return (
-        f'<section class="sortable">\n<h2>{text(table.title)}</h2>\n{_begin_wide(table.title)}'
+        f'<section class="sortable">\n<h2>{text(table.title)}</h2>\n{figures}'
+        f"{_begin_wide(table.title)}"
         f'<table class="{"many" if many else ""}"><thead><tr>{head}</tr></thead>\n'
         f"<tbody>{body}</tbody></table></div>{note}\n</section>"
     )

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from umbra.study import Study, split_dates
 from umbra.study.accumulators.step_masks import MASKS
 from umbra.writers.report.markup import Table
+from umbra.writers.report.measure_tables import find_columns_of_points
 from umbra.writers.report.tables import NEVER, join_dates
 
 __all__ = ["MOST_ROWS", "list_receivers"]
@@ -85,9 +86,10 @@ def _make_table(
 def _list_points(study: Study, most: int) -> Table:
     arrays = _find_arrays(study)
     zone = zoneinfo.ZoneInfo(study.site.zone)
-    names = arrays.get("name", np.array([f"point {k + 1}" for k in range(len(study.sun_hours))]))
-    which = list(range(min(len(names), most)))
-    columns = ["point", "x [m]", "y [m]", "z [m]", "sun [h]", "shadow [h]"]
+    spot, count = study.kind.spot, len(study.sun_hours)
+    names = arrays.get("name", np.full(count, ""))
+    which = list(range(min(count, most)))
+    columns = [spot, "x [m]", "y [m]", "z [m]", "sun [h]", "shadow [h]"]
     extra: list[NDArray] = []
     for name, title in (
         ("first_sun", "first sun"),
@@ -99,6 +101,8 @@ def _list_points(study: Study, most: int) -> Table:
         if name in arrays:
             columns.append(title)
             extra.append(arrays[name])
+    measured = find_columns_of_points(study)
+    columns += measured
 
     def tell(value: object) -> object:
         if isinstance(value, np.datetime64):
@@ -110,16 +114,17 @@ def _list_points(study: Study, most: int) -> Table:
 
     rows = [
         (
-            str(names[k]) or f"point {k + 1}",
+            str(names[k]) or f"{spot} {k + 1}",
             *(round(float(v), 2) for v in study.places.points[k]),
             round(float(study.sun_hours[k]), 2),
             round(float(study.shadow_hours[k]), 2),
             *(tell(values[k]) for values in extra),
+            *(None if np.isnan(values[k]) else float(values[k]) for values in measured.values()),
         )
         for k in which
     ]
-    note = "" if len(which) == len(names) else f"The first {len(which):,} of {len(names):,}."
-    return Table("Point by point", columns, rows, note, "point", which)
+    note = "" if len(which) == count else f"The first {len(which):,} of {count:,}."
+    return Table(f"{spot} by {spot}".capitalize(), columns, rows, note, "point", which)
 
 
 def _read_clock(instant: np.datetime64, zone: zoneinfo.ZoneInfo, with_date: bool) -> str:

@@ -170,9 +170,10 @@ def _find_sun_areas(study: Study) -> Table | None:
         some = counted.add_up(sun >= hours - 1e-3)
         figure = round(some, 1) if counted.unit == "m²" else round(some)
         rows.append((f"{hours} h", figure, round(100 * some / all_of_it, 1)))
-    if counted.unit == "points":
-        note = f"Of {all_of_it:,.0f} points."
-        return Table("Points in the sun", (_LEAST, "points", "share [%]"), rows, note)
+    if counted.unit != "m²":
+        note = f"Of {all_of_it:,.0f} {counted.unit}."
+        title = f"{counted.unit.capitalize()} in the sun"
+        return Table(title, (_LEAST, counted.unit, "share [%]"), rows, note)
     what = f"{counted.what} [m²]"
     note = f"Of {counted.tell_whole()} of {counted.what}"
     note += ", as far as the plan shows them." if study.kind.is_plan else " here."
@@ -318,7 +319,7 @@ def _list_casters(study: Study) -> Table | None:
         return None
     arrays = {n: np.asarray(study.more[n][1]) for n in ("caster", "cast_hours", "sole_hours")}
     rows = []
-    what = "all points" if counted.unit == "points" else counted.what
+    what = f"all {counted.unit}" if counted.unit != "m²" else counted.what
     for k, name in enumerate(arrays["caster"].tolist()[:_MOST_ROWS]):
         cast, sole = arrays["cast_hours"][k], arrays["sole_hours"][k]
         figures = (counted.average(cast), counted.average(sole), cast[counted.which].max())
