@@ -239,6 +239,6 @@ def test_flats_that_need_every_window_or_room_lose_none(field, tmp_path):
     rooms = write(
         tmp_path, RULE.format(judge="centre", more=FLATS + "    rooms: [living, balcony]\n")
     )
-    none = umbra.envelope(field, VIENNA, rules=rooms, **asked)
-    assert not len(none.found.problem.groups)
-    assert any("only 0 have enough" in note for note in none.notes)
+    with pytest.raises(InputError) as caught:
+        umbra.envelope(field, VIENNA, rules=rooms, **asked)
+    assert caught.value.option == "rules"

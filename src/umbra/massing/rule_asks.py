@@ -153,6 +153,8 @@ class AskedRules:
                 [self._add_candidate(flat, requirement, clauses) for clauses in option]
                 for option in _list_slots(by_room, requirement)
             ])  # fmt: skip
+        if not choice.flats:
+            refuse(f"asks of rooms that no flat has all of: {', '.join(requirement.rooms)}")
         self.choices.append(choice)
 
     def _add_single(self, name: str, alone: list[list[_Clause]], wanted: int) -> None:
