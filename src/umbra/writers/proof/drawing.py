@@ -275,20 +275,20 @@ def _add_buildings(
 ) -> None:
     """Add outlines of the parts from above, and settle the frame."""
     model = gathered.model
-    scene, standing = model.scene.whole, len(model.scene.parts)
-    proposed = set(scene.select(model.proposed, option="proposed")) if model.proposed else set()
-    bounds = np.array([part.bounds for part in scene.parts]) + scene.origin
     if not boxes:
-        boxes += [*bounds[:, 0, :2], *bounds[:, 1, :2]]
-    if proposed:
-        proposal = bounds[sorted(proposed)]
-        boxes += [proposal[:, 0, :2].min(0), proposal[:, 1, :2].max(0)]
+        boxes += [corner[:2] for corner in gathered.find_model_bounds()]
+    if model.proposed:
+        boxes += [corner[:2] for corner in gathered.find_bounds()]
     corners = np.array(boxes)
     low, high = corners.min(0), corners.max(0)
     margin = max(_LEAST_MARGIN, _MARGIN * float((high - low).max()))
     low, high = low - margin, high + margin
     drawing.frame = (*low.tolist(), *high.tolist())
     spread = 0.6 * (high - low).max()  # a sheet is longer than the frame
+    near = gathered.find_near(low - spread, high + spread)
+    scene, standing = near.whole, len(near.parts)
+    proposed = {k for k, part in enumerate(scene.parts) if any(map(part.matches, model.proposed))}
+    bounds = np.array([part.bounds for part in scene.parts]).reshape(-1, 2, 3) + scene.origin
     meets = ((bounds[:, 1, :2] >= low - spread) & (bounds[:, 0, :2] <= high + spread)).all(1)
     labels, left = scene.labels(), _MOST_TRIANGLES
     for name in dict.fromkeys(labels[k] for k in np.flatnonzero(meets)):
