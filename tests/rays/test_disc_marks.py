@@ -30,7 +30,7 @@ def make_places(rng, kind, n=900):
     points = np.round(rng.uniform((-12, -12, 0), (12, 12, 8), (n, 3)) * 2) / 2
     points[:, 1 if kind == "walls" else 2] //= 1
     normal = UP if kind == "lattice" else np.array([0.0, -1, 0])
-    return points, np.tile(normal, (n, 1))
+    return points, normal * rng.uniform(0.05, 60, (n, 1))  # of any length, as a plan's
 
 
 def make_suns(rng, n=24):

@@ -53,8 +53,9 @@ class _Clause:
 
     def group(self, name: str) -> ReceiverGroup:
         """Return it as a group with a name."""
-        members = map(np.array, (self.ask, self.receiver, self.weight))
-        return ReceiverGroup(name, *members, self.wanted)
+        return ReceiverGroup(
+            name, np.array(self.ask), np.array(self.receiver), np.array(self.weight), self.wanted
+        )
 
 
 @dataclass(eq=False)

@@ -166,7 +166,8 @@ def _is_touched(tree, f, p, n):
     height = m[0] * (p[0] - a[0]) + m[1] * (p[1] - a[1]) + m[2] * (p[2] - a[2])
     if abs(height) > _NEAR:
         return False
-    if abs(height) <= tree.normals[f, 3] and abs(dot(m, n)) > 1.0 - _PARALLEL:
+    along = abs(dot(m, n))  # of n, whatever its length
+    if abs(height) <= tree.normals[f, 3] and along > (1.0 - _PARALLEL) * math.sqrt(dot(n, n)):
         return False
     for k in range(3):
         j = 3 * k + 3 if k < 2 else 0
@@ -341,10 +342,11 @@ def _ask_bins(places, frame, reach, bins, rims, heads, entries, marks):
     d, u, v, radius = frame
     slope, near = reach
     for i in range(points.shape[0]):
-        toward = dot(get(normals, i), d)
-        if toward < -_GRAZING * radius:
+        n = get(normals, i)
+        toward, grazing = dot(n, d), _GRAZING * radius * math.sqrt(dot(n, n))
+        if toward < -grazing:
             continue  # behind its own surface
-        if touching[i] or toward <= _GRAZING * radius:
+        if touching[i] or toward <= grazing:
             marks[i] = True
             continue
         entry = heads[bins[i]]

@@ -117,7 +117,7 @@ def _count(own: RolePlace, points: NDArray[np.float64]) -> dict[str, NDArray[Any
 def _begin(own: RolePlace, piece: dict[str, NDArray[Any]], count: int) -> _Counted:
     """Make room for the results of all samples, as the first piece has them."""
     masks = Masks(own.period.sun.is_up, (count,)) if _BITS in piece else None
-    more = {
+    more: dict[str, tuple[tuple[str, ...], NDArray[Any]]] = {
         name: (DIMS, np.zeros(count, values.dtype))
         for name, values in piece.items()
         if name != _BITS

@@ -21,7 +21,7 @@ from umbra.verdicts.values import measure
 
 __all__ = [
     "BOUNDARY", "COLORS", "LAND", "PROPOSAL", "REPLACED", "TINTS", "Drawing", "Line", "Spot",
-    "group_windows", "make_drawing",
+    "group_windows", "make_drawing", "shorten",
 ]  # fmt: skip
 
 COLORS = {PASS: "#2b8a6e", FAIL: "#d1431f", UNKNOWN: "#8a8a94", "": "#3f5f8a"}
@@ -165,7 +165,7 @@ def _list_rings(shapely: Any, polygon: Any) -> list[NDArray]:
 
 def group_windows(windows: Sequence[tuple[float, float, float, str, str]]) -> list[Spot]:
     """Return windows above one another as one place each, those with the worst verdict last."""
-    short = _shorten([entry[4] for entry in windows])
+    short = shorten([entry[4] for entry in windows])
     groups: dict[tuple[int, int, int], list[tuple[float, float, float, str, str]]] = {}
     for window, name in zip(windows, short, strict=True):
         entry = (*window[:4], name)
@@ -185,7 +185,7 @@ def group_windows(windows: Sequence[tuple[float, float, float, str, str]]) -> li
     return sorted(spots, key=lambda spot: _WORST[spot.verdict])
 
 
-def _shorten(names: list[str]) -> list[str]:
+def shorten(names: list[str]) -> list[str]:
     """Return names without the words that all begin, or end, with."""
     if len(names) < 2:
         return names
