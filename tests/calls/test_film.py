@@ -12,6 +12,7 @@ import umbra
 from umbra.calls.film import FilmOptions, plan_shots
 from umbra.window.view_file import to_json
 from umbra.window.view_state import Viewpoint, make_view
+from umbra.writers.sun_rose import paste_rose
 
 VIENNA = umbra.Site(48.2, 16.37, "Europe/Vienna")
 SIZE = (64, 48)
@@ -49,6 +50,20 @@ def test_the_sun_goes_from_one_time_to_another(camera):
         assert shot.caption == f"2026-03-21 {clock:02}:00 CET"
         wanted = umbra.sun_light(VIENNA, "2026-03-21", f"{clock:02}:00").position
         assert np.allclose(shot.lights[0].position, wanted)
+        azimuth, altitude = np.radians(shot.sun)
+        level = np.cos(altitude)
+        toward = (np.sin(azimuth) * level, np.cos(azimuth) * level, np.sin(altitude))
+        assert np.allclose(toward, wanted[:3])
+
+
+@pytest.mark.parametrize(("north", "azimuth"), [(0.0, 90.0), (-90.0, 180.0), (30.0, 60.0)])
+def test_a_compass_has_the_sun_where_it_stands_and_north_in_red(north, azimuth):
+    frame = Image.new("RGB", (200, 200), "black")
+    paste_rose(frame, (100, 100), 40, north, (azimuth, 45.0))
+    assert frame.getpixel((120, 100)) == (242, 182, 50)  # to the right, half-way up
+    x, y = 100 + 36 * np.sin(np.radians(north)), 100 - 36 * np.cos(np.radians(north))
+    red, green, _ = frame.getpixel((round(x), round(y)))
+    assert red > green + 60
 
 
 def test_a_path_goes_through_saved_views(scene, camera, tmp_path):

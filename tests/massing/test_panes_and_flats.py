@@ -161,7 +161,6 @@ def test_a_share_of_flats_is_kept_and_no_more(field, tmp_path):
 @pytest.mark.parametrize(
     ("more", "flats"),
     [
-        ("    share_of: flat\n    share_at_least: 60\n", ["A", "A", "B"]),
         ("    share_of: flat\n    share_at_most: 60\n", ["A", "B", "C"]),
         ("    share_of: flat\n    share_at_least: 60\n", ["", "", ""]),
         ("    measure: longest_sun_hours\n", ["A", "B", "C"]),
@@ -185,3 +184,61 @@ def test_groups_are_one_of_each_flat(quarter):
     volume = quarter.search(ask, groups=[both]).volume
     each = [quarter.search(ask, groups=[ReceiverGroup.one("one", 0, k)]).volume for k in (0, 1)]
     assert volume == pytest.approx(max(each), rel=5e-3)
+
+
+FLATS = "    share_of: flat\n    share_at_least: 60\n    one_is_enough: yes\n"
+
+
+def write_flats(tmp_path, chosen=None):
+    """Three flats of two windows each, which look south at the plot; some of the windows."""
+    lines = [
+        f"{flat}{k},{x},9,{2 + 3 * k},180,1.6,1.4,{flat},living"
+        for flat, x in (("A", -5), ("B", 0), ("C", 4)) for k in (0, 1)
+    ]  # fmt: skip
+    lines = [line for line in lines if chosen is None or line.split(",")[0] in chosen]
+    path = tmp_path / f"flats{'' if chosen is None else ''.join(chosen)}.csv"
+    path.write_text("\n".join(["name,x,y,z,azimuth,width,height,flat,room", *lines]) + "\n")
+    return path
+
+
+def test_flats_of_several_windows_keep_a_choice_near_the_best(field, tmp_path):
+    """Two of three flats, each by one of two windows: against all twelve choices."""
+    rule = write(tmp_path, RULE.format(judge="centre", more=FLATS))
+    options = {"plot": shapely.box(-6, -6, 6, 6), "cell": 3.0, "highest": 40.0}
+    windows = write_flats(tmp_path)
+    found = umbra.envelope(field, VIENNA, rules=rule, windows=windows, **options)
+    assert not found.violations
+    assert found.found.shrunk == 0.0
+    assert any("2 of 3 flats" in note for note in found.notes)
+    built = make_scene([*field.parts, Part("new", "", found.mesh)]).with_facts(ground=0.0)
+    proof = umbra.prove(built, VIENNA, rule, windows=windows, year=2026)
+    assert proof.verdict == "pass"
+    assert proof.verdicts[0].findings[0].outcome.value >= 200 / 3 - 1e-9
+    plain = write(tmp_path, RULE.format(judge="centre", more=""))
+    volumes = [
+        umbra.envelope(
+            field, VIENNA, rules=plain, windows=write_flats(tmp_path, (f"{a}{i}", f"{b}{j}")),
+            **options,
+        ).volume_m3
+        for a, b in combinations("ABC", 2) for i, j in product((0, 1), repeat=2)
+    ]  # fmt: skip
+    assert found.volume_m3 >= 0.97 * max(volumes)
+    assert found.bound_m3 >= max(volumes) - 1e-6
+    assert found.volume_m3 > 1.05 * min(volumes)
+
+
+def test_flats_that_need_every_window_or_room_lose_none(field, tmp_path):
+    """Without one_is_enough each window counts; a flat without a room is none of the chosen."""
+    more = FLATS.replace("    one_is_enough: yes\n", "")
+    rule = write(tmp_path, RULE.format(judge="centre", more=more))
+    asked = {"plot": shapely.box(-6, -6, 6, 6), "cell": 4.0, "windows": write_flats(tmp_path)}
+    found = umbra.envelope(field, VIENNA, rules=rule, **asked)
+    assert not found.violations
+    assert len(found.found.problem.groups) == 4
+    assert len({group.name for group in found.found.problem.groups}) == 2
+    rooms = write(
+        tmp_path, RULE.format(judge="centre", more=FLATS + "    rooms: [living, balcony]\n")
+    )
+    with pytest.raises(InputError) as caught:
+        umbra.envelope(field, VIENNA, rules=rooms, **asked)
+    assert caught.value.option == "rules"

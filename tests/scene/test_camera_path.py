@@ -7,7 +7,7 @@ import pytest
 
 from umbra.errors import InputError
 from umbra.scene import Camera
-from umbra.scene.camera_path import follow_cameras, turn_camera
+from umbra.scene.camera_path import follow_cameras, hold_in_turn, turn_camera
 
 CAMERA = Camera((10.0, -40.0, 25.0), (2.0, 3.0, 5.0), (0.0, 0.0, 1.0), (64, 48), 40.0)
 
@@ -31,6 +31,21 @@ def test_a_turn_of_a_plan_turns_its_top():
     quarter = turn_camera(plan, 4)[1]
     assert np.allclose(quarter.eye, plan.eye)
     assert np.allclose(quarter.up, (1, 0, 0))
+
+
+@pytest.mark.parametrize("height", [None, 30.0])
+def test_all_pictures_of_a_turn_hold_the_model_and_one_is_filled(height):
+    low = np.random.default_rng(3).uniform((-30, -10, 0), (30, 10, 8), (200, 3))
+    points = np.vstack([low, [[28.0, 9.0, 60.0]]])  # a tower at a corner
+    camera = hold_in_turn(replace(CAMERA, height=height), points, 12, margin=0.05)
+    assert np.allclose(camera.axes(), CAMERA.axes())
+    most = []
+    for one in turn_camera(camera, 12):
+        across, above, ahead = one.axes() @ (points - one.eye).T
+        half = ahead * np.tan(np.radians(one.fov) / 2) if height is None else one.height / 2
+        assert (ahead > one.near).all()
+        most.append(max(np.abs(across / half * 48 / 64).max(), np.abs(above / half).max()))
+    assert max(most) == pytest.approx(0.9)
 
 
 def test_a_path_meets_its_views_and_never_overshoots():

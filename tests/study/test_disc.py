@@ -8,6 +8,7 @@ from support.shapes import box
 
 import umbra
 from umbra.errors import InputError
+from umbra.rays.disc_marks import mark_cut_discs
 from umbra.scene import Mesh, Part, make_scene
 
 SITE = umbra.Site(48.2, 16.37, "Europe/Vienna")
@@ -148,3 +149,37 @@ def test_a_date_without_sun_has_no_part_in_contacts(dark):
     day = dates[1 - dark]
     for name, clock in (("first_contact", "09:00:00"), ("last_contact", "13:00:00")):
         assert both[name].values[0] == np.datetime64(f"{day}T{clock}")
+
+
+@pytest.mark.parametrize("receivers", ["ground", "top", "surfaces", "points"])
+def test_discs_told_by_their_middles_are_as_if_all_were_measured(scene, receivers, monkeypatch):
+    """Hours and contacts to the bit, with suns at the horizon, in walls' planes and high."""
+    houses = make_scene([
+        *scene.parts,
+        Part("house", "", Mesh(*box((-8, -18, 0), (-4, -12, 5)))),
+        Part("its neighbour", "", Mesh(*box((-4, -16, 0), (0, -12, 8)))),
+    ])  # fmt: skip
+    points = np.random.default_rng(4).uniform((-10, -20, 0), (10, 0, 9), (60, 3)).tolist()
+    given = {"receivers": receivers, "start": "00:00", "end": "24:00", "every": "40min"}
+    if receivers == "surfaces":
+        given |= {"extent": None, "cell": None, "ground": None, "on": ["*house", "its*"],
+                  "spacing": 1.0}  # fmt: skip
+    elif receivers == "points":
+        given |= {"extent": None, "cell": None, "ground": None, "points": points}
+    else:
+        given |= {"cell": 0.5} | ({"ground": None} if receivers == "top" else {})
+    told = ask(houses, disc=True, **given)
+    judged = []
+    real = mark_cut_discs
+
+    def mark_all(*arguments):
+        marks = real(*arguments)
+        judged.append((~marks).mean())
+        return np.ones_like(marks)
+
+    monkeypatch.setattr("umbra.study.accumulators.disc.mark_cut_discs", mark_all)
+    measured = ask(houses, disc=True, **given)
+    assert np.mean(judged) > 0.6
+    for name in ("sun_hours", "shadow_hours", "first_contact", "last_contact"):
+        assert np.array_equal(told[name], measured[name], equal_nan=True)
+    assert np.isfinite(told.sun_hours.values).mean() > 0.2

@@ -40,7 +40,12 @@ def test_areas_hold_the_bytes_of_one_study(city, tmp_path):
 @pytest.mark.parametrize(
     "more",
     [
-        {"areas_on": "mean+2", "band": ["5,10", "10,30"], "ground": "feet"},
+        {
+            "areas_on": "mean+2",
+            "band": ["5,10", "10,30"],
+            "ground": "feet",
+            "roads": {"road": shapely.box(85020, 447102, 85200, 447108)},
+        },
         {"areas_on": "top", "areas": ["west 15", "west 16"]},
     ],
     ids=["bands", "roofs"],

@@ -1,19 +1,25 @@
 """Verdicts on named receivers of a city in tiles are those of one study of all files."""
 
 import json
+import re
 import shutil
 import warnings
+from base64 import b64decode
 
 import numpy as np
 import pytest
 from support.cities import DAY, make_houses
 
 import umbra
+from umbra.calls.prove import read_rules_of
+from umbra.calls.prove_city import make_city_proof
+from umbra.calls.prove_options import ProofOptions
 from umbra.cli.main import main
 from umbra.errors import InputError
 from umbra.readers.window_files import read_windows
 from umbra.rules import read_rule
-from umbra.tiles import city_runs
+from umbra.tiles import city_runs, city_verdicts
+from umbra.tiles.city_options import CityOptions
 from umbra.tiles.city_verdicts import gather_city, judge_city
 from umbra.verdicts import Gathered, Model, judge_rules
 from umbra.writers.proof.rows import list_conditions_of, list_rows, tell_verdicts
@@ -165,3 +171,78 @@ def test_rules_that_judge_no_areas_are_refused_before_counting(city, tmp_path):
             umbra.city_study(city, out=out, tiles=120, **made).judge(rules)
         assert caught.value.option == option
         shutil.rmtree(out)
+
+
+def test_a_proof_in_tiles_is_that_of_one_model_and_goes_on_where_it_ended(
+    city, tmp_path, capsys, monkeypatch
+):
+    """With bands across a road, reveals, a proposal that replaces; ended in the midst."""
+    table = tmp_path / "windows.csv"
+    rows = ["name,x,y,z,azimuth,width,height,reveal,flat,room"]
+    rows += [f"w{k},{85030 + 37 * k},{447040 + 29 * k},{3 + k},{60 * k},1.2,1.5,{0.2 * (k % 2)},"
+             f"f{k % 3},living" for k in range(6)]  # fmt: skip
+    table.write_text("\n".join(rows))
+    shapes = {
+        "gardens": GARDENS, "plot": {"plot": shapely.box(85100, 447100, 85130, 447140)},
+        "roads": {"road": shapely.box(85080, 447140, 85160, 447146)},
+    }  # fmt: skip
+    for name, own in shapes.items():
+        features = [
+            {"type": "Feature", "properties": {"name": key},
+             "geometry": shapely.geometry.mapping(shape)}
+            for key, shape in own.items()
+        ]  # fmt: skip
+        text = json.dumps({"type": "FeatureCollection", "features": features})
+        (tmp_path / f"{name}.geojson").write_text(text)
+    rules = ("bre-209-gardens", "en-17037-sunlight:czechia", "japan-56-2:4m-4h")
+    words = [
+        "prove", *map(str, city), "--areas", f"{tmp_path}/gardens.geojson", "--windows", str(table),
+        "--plot", f"{tmp_path}/plot.geojson", "--roads", f"{tmp_path}/roads.geojson", "--proposed",
+        "west 11", "--replace", "west 2?", "--year", "2026", "--quiet",
+        *(word for rule in rules for word in ("--rules", rule)),
+    ]  # fmt: skip
+    counted = []
+    count = city_verdicts.count_among
+
+    def run(name, *more, ends_after=99):
+        counted.clear()
+
+        def end_sometimes(*given):
+            if len(counted) == ends_after:
+                raise KeyboardInterrupt
+            counted.append(given)
+            return count(*given)
+
+        monkeypatch.setattr(city_verdicts, "count_among", end_sometimes)
+        with pytest.raises(SystemExit) as ended:
+            main([*words, *more, "--out", str(tmp_path / name)])
+        assert (ended.value.code == 0) == (ends_after == 99), capsys.readouterr().err
+        return len(counted)
+
+    run("whole")
+    every = run("whole tiles", "--tiles", "60")
+    assert run("tiles", "--tiles", "60", ends_after=5) == 5
+    assert not (tmp_path / "tiles/verdicts.csv").exists()
+    kept = sorted((tmp_path / "tiles/verdicts").iterdir())
+    kept[0].write_bytes(kept[0].read_bytes()[:-9])
+    assert run("tiles", "--tiles", "60") == every - 5 + 1
+    for name in ("verdicts.csv", "conditions.csv"):
+        texts = {(tmp_path / one / name).read_text() for one in ("tiles", "whole", "whole tiles")}
+        assert len(texts) == 1
+    pages = [(tmp_path / one / "proof.html").read_text() for one in ("tiles", "whole")]
+    packed = [re.findall(r"data:image/svg\+xml;base64,([A-Za-z0-9+/=]+)", page) for page in pages]
+    drawn = [len(re.findall(rb"<(?:path|poly|use)", b64decode(own))) for (own,) in packed]
+    assert drawn[0] > 100
+    assert drawn[0] == pytest.approx(drawn[1], rel=0.05)  # what two files hold is drawn once
+
+
+@pytest.mark.parametrize(
+    ("more", "option"),
+    [({"workers": 2}, "workers"), ({"min_altitude": 5.0}, "min_altitude")],
+)
+def test_a_proof_refuses_options_of_counting(city, tmp_path, more, option):
+    options = ProofOptions(rules=("zurich-abv",), areas=GARDENS)
+    asked = CityOptions(tiles=100, **more)
+    with pytest.raises(InputError) as caught:
+        make_city_proof([*map(str, city)], None, options, asked, read_rules_of(options), tmp_path)
+    assert caught.value.option == option

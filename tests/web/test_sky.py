@@ -193,3 +193,30 @@ def _find_nearest(corners, owner, way):
     crossing = np.isfinite(far)
     is_sure = not crossing.any() or near[crossing].min() > 0.01
     return (int(owner[far.argmin()]) if crossing.any() else -1), is_sure
+
+
+def test_a_chosen_place_leaves_the_picture_of_the_model_as_it_is(page, written, tmp_path):
+    """Its sky and its mark are drawn without the model, which looks as if it had been drawn."""
+    page.open(written, READY)
+    page.ask("""(() => {
+      const { renderer } = umbra.stage, draw = renderer.draw.bind(renderer);
+      window.draws = 0;
+      renderer.draw = () => { draws += 1; draw(); };
+    })()""")
+    page.click(420, 400)
+    page.wait("umbra.state.place !== null && umbra.waits === 0")
+    first = page.ask("umbra.state.place.position")
+    assert page.ask("document.querySelectorAll('.sky svg').length") > 0
+    page.click(560, 430)
+    page.wait(f"umbra.state.place.position[0] !== {first[0]} && umbra.waits === 0")
+    assert page.ask("draws") == 0
+    page.shoot(tmp_path / "kept.png")
+    page.ask("umbra.redraw()")
+    page.wait("draws === 1 && umbra.waits === 0")
+    page.shoot(tmp_path / "drawn.png")
+    assert (tmp_path / "kept.png").read_bytes() == (tmp_path / "drawn.png").read_bytes()
+    page.ask("umbra.stage.canvas.focus()")
+    page.press("ArrowLeft")
+    page.wait("draws > 1 && umbra.waits === 0")
+    page.ask("umbra.set({ date: '2026-06-21', place: null })")
+    page.wait("draws > 2 && umbra.waits === 0")

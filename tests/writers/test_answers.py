@@ -1,15 +1,17 @@
 """The lines that answer at a study's end: their figures are those of what counts."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from support.shapes import box
 
 import umbra
-from umbra.receivers.counted import NEAR
+from umbra.receivers.counted import NEAR, Counted
 from umbra.scene import Mesh, Part, make_scene
 from umbra.sun.clock import say_hours
 from umbra.writers.folder.summary import tell_answers
-from umbra.writers.report.tables import find_comparisons
+from umbra.writers.report.tables import _compare_group, find_comparisons
 
 VIENNA = umbra.Site(latitude=48.2, longitude=16.37, zone="Europe/Vienna")
 DATES = ["2026-03-21", "2026-12-21"]
@@ -114,6 +116,19 @@ def test_a_loss_is_one_number_in_the_sentence_and_in_the_tables(scene, extent):
     assert round(ground[2]) == loss
     is_cut = bool((np.nan_to_num(found.more["hours_lost"][1])[-1] > 0).any())
     assert ("in the frame" in taken) >= is_cut
+
+
+def test_before_and_change_add_up_to_after_as_they_are_printed():
+    random = np.random.default_rng(5)
+    for _ in range(60):
+        lost, left = random.uniform(0, 3, (2, 7)).astype(np.float32)
+        shown = SimpleNamespace(
+            more={"hours_lost": (("sample",), lost), "newly_under": (("sample",), lost > 2)},
+            sun_hours=left, up_hours=8.0, facts={}, period=SimpleNamespace(days=[1]),
+        )  # fmt: skip
+        rows = _compare_group(shown, Counted(np.ones(7, bool), random.uniform(1, 2, 7), "m²", ""))
+        for *_, was, now, change in rows:
+            assert f"{was + change:.2f}" == f"{now:.2f}"
 
 
 def test_only_pictures_of_hours_tell_their_accuracy(scene, tmp_path):

@@ -153,10 +153,12 @@ class CityStudy:
         written, path = list[Path](), self.folder / "verdicts.csv"
         if verdicts:
             with replace_file(path) as beside:
-                write_verdicts(beside, verdicts, str(self.facts["time_zone"]))
+                write_verdicts(beside, verdicts, str(self.facts.get("time_zone", "UTC")))
             written.append(path)
         if report:
-            tables = list_verdict_tables(spell_out(verdicts, spell), str(self.facts["time_zone"]))
+            tables = list_verdict_tables(
+                spell_out(verdicts, spell), str(self.facts.get("time_zone", "UTC"))
+            )
             told = CityTold(
                 self.job, self.facts, self.run.areas, tuple(verdicts), tuple(tables),
                 tuple(map(spell, self.notes)),

@@ -19,8 +19,9 @@ from umbra.land.settle import NamedLand
 from umbra.lights import Horizon
 from umbra.machine import choose_threads
 from umbra.massing.asks import Ask
+from umbra.massing.gathered_points import GatheredPoints
 from umbra.massing.plot import Plot, lay_cells
-from umbra.massing.rule_asks import GatheredPoints, ask_rules
+from umbra.massing.rule_asks import ask_rules
 from umbra.massing.search import KIND, HeightEnvelope, search_heights
 from umbra.massing.solid import make_solid
 from umbra.packages import need
@@ -149,8 +150,9 @@ def envelope(scene: Scene, site: Site, *, options: EnvelopeOptions) -> Envelope:
     needs = ask_rules(gathered, chosen, around)
     _check_covered(cells, needs.asks, ground_now.scene)
     heights = search_heights(
-        ground_now.scene, casters, needs.asks, needs.groups, cells, highest, threads, progress
-    )
+        ground_now.scene, casters, needs.asks, needs.groups, cells, highest, threads, progress,
+        candidates=needs.candidates, choices=needs.choices,
+    )  # fmt: skip
     notes += [*needs.notes, *gathered.notes]
     result = Envelope(
         ground_now.scene, site, heights, tuple(_title(rule) for rule in chosen), tuple(needs.times),
@@ -299,7 +301,7 @@ def _check_covered(plot: Plot, asks: Sequence[Ask], scene: Scene) -> None:
 
 def _tell_result(result: Envelope) -> list[str]:
     """Tell what binds a result besides the rules."""
-    notes = []
+    notes = list(result.found.told)
     if result.capped:
         notes.append(
             f"{result.capped:,} of {len(result.found.heights):,} cells end at the cap of "

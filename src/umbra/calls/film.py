@@ -8,6 +8,10 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
 
 from umbra.calls.picture_options import RenderOptions
 from umbra.errors import InputError, check_type, show_value
@@ -17,13 +21,19 @@ from umbra.scene.lights import SomeLights, make_lights
 from umbra.signatures import takes
 from umbra.sun import Site, find_site
 
-__all__ = ["FILMS", "FilmOptions", "Shot", "film", "plan_shots", "write_film"]
+if TYPE_CHECKING:
+    from PIL import Image
+
+__all__ = ["FILMS", "FilmOptions", "Shot", "film", "find_held", "plan_shots", "write_film"]
 
 FILMS = ("mp4", "gif")
 """Formats of films, by the endings of their files."""
 _film = partial(option, heading="Film")
 _MOST_FRAMES = 6000
 _FASTEST, _FASTEST_GIF = 120, 50  # [1/s]; browsers slow GIFs down whose frames are shorter
+_MOST_HELD = 100_000  # points that each picture of a turntable is tried with
+_ROSE = 0.055  # radius of the compass, of the frame's shorter side
+_LEVEL = 1e-3  # length in plan of a view's direction that has a heading
 _LEG, _DAY = 3.0, 8.0  # from one view of a path to the next, and of a sun that moves [s]
 
 
@@ -105,11 +115,19 @@ class FilmOptions(Options):
 
 @dataclass(frozen=True, eq=False)
 class Shot:
-    """A frame of a film: its camera, its lights, and a line at its foot."""
+    """
+    A frame of a film: its camera, its lights, and a line at its foot.
+
+    ``north`` is the azimuth of the model's y axis, ``sun`` azimuth and altitude, ``path`` those of
+    the film's suns [degrees].
+    """
 
     camera: Camera
     lights: list[Light]
     caption: str = ""
+    north: float = 0.0
+    sun: tuple[float, float] | None = None
+    path: tuple[tuple[float, float], ...] = ()
 
 
 def plan_shots(
@@ -117,6 +135,7 @@ def plan_shots(
     camera: Camera,
     lights: Sequence[Light],
     sun: tuple[Site, str, str] | None = None,
+    held: NDArray[np.float64] | None = None,
 ) -> list[Shot]:
     """
     Plan the frames of a film.
@@ -130,6 +149,8 @@ def plan_shots(
         Those that stand still.
     sun : (Site, str, str), optional
         Place, date and clock time of the sun.
+    held : (n, 3) float64, optional
+        Points that all pictures of a turntable hold [m]; None: the camera is as it was given.
 
     Returns
     -------
@@ -140,7 +161,7 @@ def plan_shots(
     InputError
         If the path is no list of views, or the sun is below the horizon in a frame.
     """
-    from umbra.scene.camera_path import follow_cameras, turn_camera  # noqa: PLC0415
+    from umbra.scene.camera_path import follow_cameras, hold_in_turn, turn_camera  # noqa: PLC0415
 
     if options.path is not None:
         stops = _read_views(options.path, camera)
@@ -149,7 +170,8 @@ def plan_shots(
         except InputError as error:
             raise InputError(str(error), option=error.option or "path") from error
     elif options.turntable is not None:
-        cameras = turn_camera(camera, options.count_frames())
+        count = options.count_frames()
+        cameras = turn_camera(camera if held is None else hold_in_turn(camera, held, count), count)
     else:
         cameras = [camera] * options.count_frames()
     if options.until is not None and sun is None:
@@ -158,10 +180,19 @@ def plan_shots(
     if sun is None:
         return [Shot(camera, list(lights)) for camera in cameras]
     suns = list(_move_sun(*sun, options.until, len(cameras)))
+    path = tuple(dict.fromkeys(place for _, _, place in suns))
     return [
-        Shot(camera, [*lights, light], label)
-        for camera, (light, label) in zip(cameras, suns, strict=True)
+        Shot(camera, [*lights, light], label, sun[0].true_north, place, path)
+        for camera, (light, label, place) in zip(cameras, suns, strict=True)
     ]
+
+
+def find_held(scene: Scene) -> NDArray[np.float64]:
+    """Return points (n, 3) that a turntable's pictures hold: the model's, or its box's [m]."""
+    points = scene.triangles().vertices + scene.origin
+    if len(points) <= _MOST_HELD:
+        return points
+    return np.stack(np.meshgrid(*scene.model_bounds().T), -1).reshape(-1, 3)
 
 
 def _read_views(path: Path, camera: Camera) -> list[Camera]:
@@ -176,8 +207,8 @@ def _read_views(path: Path, camera: Camera) -> list[Camera]:
 
 def _move_sun(
     site: Site, date: str, at: str, until: str | None, count: int
-) -> Iterator[tuple[Light, str]]:
-    """Yield the sun of each frame, and its date and clock time."""
+) -> Iterator[tuple[Light, str, tuple[float, float]]]:
+    """Yield the sun of each frame, its date and clock time, its azimuth and altitude."""
     from umbra.scene import directional_light  # noqa: PLC0415
     from umbra.sun import find_sun  # noqa: PLC0415
     from umbra.sun.local_time import find_instant, parse_date  # noqa: PLC0415
@@ -199,13 +230,14 @@ def _move_sun(
         raise InputError(msg, option="until")
     instants = [start + (end - start) * (k / (count - 1)) for k in range(count)]
     path = find_sun(site, instants)
-    for instant, is_up, direction in zip(instants, path.is_up, path.direction, strict=True):
+    for k, (instant, is_up) in enumerate(zip(instants, path.is_up, strict=True)):
         clock = instant.astimezone(zone)
         label = f"{clock:%Y-%m-%d %H:%M} {clock.tzname()}"
         if not is_up:
             msg = f"the sun is below the horizon at {label}; choose other times"
             raise InputError(msg, option="at" if instant == start else "until")
-        yield directional_light(direction), label
+        place = float(path.azimuth[k]), float(path.altitude[k])
+        yield directional_light(path.direction[k]), label, place
 
 
 def write_film(
@@ -252,9 +284,13 @@ def write_film(
 
     def draw(shot: Shot) -> Image.Image:
         own = options if options.caption else replace(options, caption=shot.caption)
-        return Image.fromarray(
-            draw_picture(scene, shot.camera, shot.lights, own, warn, is_bare=False, tell=tell).image
-        )
+        picture = draw_picture(
+            scene, shot.camera, shot.lights, own, warn, is_bare=False, tell=tell
+        )  # fmt: skip
+        frame = Image.fromarray(picture.image)
+        if shot.sun is not None:
+            _put_compass(frame, shot, shot.sun)
+        return frame
 
     def frames() -> Iterator[Image.Image]:
         for done, shot in enumerate(shots, start=1):
@@ -265,6 +301,18 @@ def write_film(
         day_film.write_mp4(out, frames(), len(shots), 1 / rate)
     else:
         day_film.write_smooth_gif(out, frames(), len(shots), rate)
+
+
+def _put_compass(frame: Image.Image, shot: Shot, sun: tuple[float, float]) -> None:
+    """Draw north and the sun's way in a corner, the view's heading up."""
+    from umbra.writers.sun_rose import paste_rose  # noqa: PLC0415
+
+    _, up, forward = shot.camera.axes()
+    ahead = forward if np.hypot(*forward[:2]) > _LEVEL else up
+    heading = float(np.degrees(np.arctan2(ahead[0], ahead[1])))
+    radius = max(_ROSE * min(frame.size), 12.0)
+    middle = frame.width - 1.8 * radius, frame.height - 1.8 * radius
+    paste_rose(frame, middle, radius, shot.north - heading, sun, shot.path)
 
 
 class _Once:
@@ -372,7 +420,8 @@ def film(
     sun = None
     if options.date is not None and options.at is not None:
         sun = find_site(scene) if site is None else site, str(options.date), options.at
-    shots = plan_shots(options, first, make_lights(lights), sun)
+    held = find_held(scene) if camera is None else None
+    shots = plan_shots(options, first, make_lights(lights), sun, held)
     said: list[str] = []
     with replace_file(target) as beside:
         write_film(beside, scene, shots, options, options.rate, kind=kind, warn=said.append)

@@ -11,7 +11,7 @@ from umbra.calls.massing_options import PartOptions
 from umbra.errors import check_type
 from umbra.land.settle import NamedLand
 from umbra.massing.bisection import PartHeight, search_part_height
-from umbra.massing.rule_asks import GatheredPoints
+from umbra.massing.gathered_points import GatheredPoints
 from umbra.scene import Scene
 from umbra.signatures import takes
 from umbra.study.options import StudyOptions

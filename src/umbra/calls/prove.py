@@ -25,9 +25,10 @@ from umbra.sun import Site
 from umbra.verdicts import Gathered, Model, RuleVerdict, judge_rules
 from umbra.verdicts.judge import spell_out
 
-__all__ = ["Proof", "make_proof", "prove"]
+__all__ = ["Proof", "make_proof", "prove", "read_logo_of", "read_rules_of"]
 
 P = ParamSpec("P")
+_LISTED, _MOST_FILES = 8, 60  # files that the first page names, and the last
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,11 +40,14 @@ class Proof:
     ----------
     verdicts : list of RuleVerdict
         One for each rule, with ``rule``, ``verdict`` and ``findings``.
+    ground : str
+        What it is taken to be.
     """
 
     verdicts: list[RuleVerdict]
     gathered: Gathered
     options: ProofOptions
+    ground: str = ""
     notes: tuple[str, ...] = ()
     spell: Callable[[str], str] = str
     logo: NDArray[np.uint8] | None = None
@@ -171,7 +175,7 @@ def make_proof(
     """Judge a model by rules, with the options of a record; ``spell`` writes options' names."""
     if rules is None:
         rules = read_rules_of(options)
-    logo = None if options.logo is None else _read_logo(options.logo)  # before all that takes time
+    logo = read_logo_of(options)  # before all that takes time
     study = settle_land(take_study_options(options), scene.model_bounds(), site)
     land = () if study.horizon is None else study.horizon.told
     ground = settle_ground(scene, study)
@@ -188,13 +192,15 @@ def make_proof(
     )  # fmt: skip
     verdicts = spell_out(judge_rules(gathered, rules), spell)
     notes = tuple(dict.fromkeys(map(spell, (*remarks, *gathered.notes, *ground.notes, *land))))
-    return Proof(verdicts, gathered, options, notes, spell, logo)
+    told = spell(str(ground.describe().get("assumption", ground.name)))
+    return Proof(verdicts, gathered, options, told, notes, spell, logo)
 
 
-def _read_logo(path: Path) -> NDArray[np.uint8]:
+def read_logo_of(options: ProofOptions) -> NDArray[np.uint8] | None:
+    """Read the logo of a sheet, if there is one."""
     from umbra.writers.proof.logo import read_logo  # noqa: PLC0415
 
-    return read_logo(path)
+    return None if options.logo is None else read_logo(options.logo)
 
 
 def read_rules_of(options: ProofOptions) -> list[list[Rule]]:
@@ -216,14 +222,14 @@ def _split(text: str) -> list[str]:
 def _list_basis(proof: Proof) -> list[tuple[str, str]]:
     """Return the facts of a sheet's first page."""
     options, model = proof.options, proof.gathered.model
-    ground = settle_ground(model.scene, model.options)
-    assumed = proof.spell(str(ground.describe().get("assumption", ground.name)))
     names = [Path(name).name for name, _ in _list_sources(proof)]
+    if len(names) > _LISTED:
+        names = [*names[:_LISTED], f"and {len(names) - _LISTED:,} more"]
     return [
         ("place", f"{model.site.show()}, {model.site.zone}"),
         ("dates", f"of {options.year}, where a rule names no year"),
         ("times", f"of the local clock, {model.site.zone}, where no other is named"),
-        ("ground", assumed.partition(";")[0]),
+        ("ground", proof.ground.partition(";")[0]),
         ("files", ", ".join(names) or "none"),
     ]
 
@@ -233,18 +239,17 @@ def _list_facts(proof: Proof) -> list[tuple[str, str]]:
     from umbra.version import __version__  # noqa: PLC0415
 
     options, model = proof.options, proof.gathered.model
-    site, scene = model.site, model.scene
-    ground = settle_ground(scene, model.options)
-    described = ground.describe()
+    site = model.site
     casters = [
         f"{name.replace('_', ' ')}: {', '.join(getattr(options, name))}"
         for name in ("proposed", "replace", "cast", "no_cast", "canopy")
         if getattr(options, name)
     ]
-    if scene.replaced:
-        gone = dict.fromkeys(part.name for part in scene.replaced)
+    if gone := proof.gathered.name_replaced():
         casters.append(f"there before the proposal alone: {', '.join(gone)}")
     files = [f"{name}  SHA-256 {digest}" for name, digest in _list_files(proof)]
+    if len(files) > _MOST_FILES:
+        files = [*files[:_MOST_FILES], f"and {len(files) - _MOST_FILES:,} more"]
     return [
         (
             "place",
@@ -252,7 +257,7 @@ def _list_facts(proof: Proof) -> list[tuple[str, str]]:
         ),
         ("dates", f"those without a year are of {options.year}; times are of the local clock"),
         ("sun", "a point at its apparent position with standard refraction; rims at -0.833°"),
-        ("ground", proof.spell(str(described.get("assumption", ground.name)))),
+        ("ground", proof.ground),
         ("casters", "; ".join(casters) or "all parts of the model"),
         *([("land", _tell_land(model.options.horizon))] if model.options.horizon else []),
         ("not in it", "light reflected, glass, frames, and whatever the files do not have"),
@@ -279,7 +284,7 @@ def _list_files(proof: Proof) -> list[tuple[str, str]]:
     """Return the names and digests of the model's files, and of those named beside it."""
     import hashlib  # noqa: PLC0415
 
-    files = [(str(name), str(digest)) for name, digest in _list_sources(proof)]
+    files: list[tuple[str, str]] = []
     options = proof.options
     named = [
         options.areas,
@@ -295,8 +300,9 @@ def _list_files(proof: Proof) -> list[tuple[str, str]]:
         if path is not None and path.is_file():
             with path.open("rb") as file:
                 files.append((path.name, hashlib.file_digest(file, "sha256").hexdigest()))
-    return list(dict.fromkeys(files))
+    return list(dict.fromkeys([*_list_sources(proof), *files]))
 
 
 def _list_sources(proof: Proof) -> list[tuple[str, str]]:
-    return [(source.name, source.sha256) for source in proof.gathered.model.scene.sources]
+    sources = proof.gathered.model.scene.sources
+    return [(str(source.name), str(source.sha256)) for source in sources]

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from umbra.casters import Canopy
 from umbra.errors import InputError
+from umbra.rays.disc_marks import FaceEdges, make_face_edges
 from umbra.rays.face_tree import FaceTree, make_face_tree
 from umbra.rays.hidden import find_hidden
 from umbra.scene import Scene, Triangles
@@ -34,6 +35,12 @@ class Casting:
     def tree(self) -> FaceTree:
         """Bounding volume hierarchy over the casting faces."""
         return self._make_tree(self.caster)
+
+    @cached_property
+    def edges(self) -> FaceEdges:
+        """Edges of the faces of the tree."""
+        tree = self.tree
+        return derive(self.caster, "edges", tree.tolerance, lambda: make_face_edges(tree))
 
     def _make_tree(self, caster: Caster) -> FaceTree:
         farthest = float(np.abs(self.scene.whole.bounds()).max())

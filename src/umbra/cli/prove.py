@@ -1,5 +1,6 @@
 """``umbra prove``: verdicts by rules, and the sheet that an office hands in."""
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,17 +18,22 @@ from umbra.cli.reading import (
     files_argument,
     find_model_site,
     read_model,
+    read_values,
     reading_options,
     site_options,
+    take_reading,
+    take_site,
 )
 from umbra.cli.terminal import echo, echo_json, echo_path, name_reading, show_progress
-from umbra.errors import write_for_shell
+from umbra.errors import InputError, write_for_shell
 from umbra.machine import load_compiler
+from umbra.tiles.city_options import CityOptions
 
 __all__ = ["command"]
 
 HEADINGS = (
-    "Rules", "What is judged", "Casters", "Site", "Sheet", "Reading", "Running", "Options",
+    "Rules", "What is judged", "Casters", "Site", "Sheet", "Tiles", "Reading", "Running",
+    "Options",
 )  # fmt: skip
 
 
@@ -35,6 +41,7 @@ HEADINGS = (
 @files_argument
 @site_options
 @record_options(ProofOptions)
+@record_options(CityOptions)
 @reading_options()
 @click.option(
     "--out", cls=HeadedOption, heading="Running", type=NewPath(), required=True, metavar="DIR",
@@ -67,19 +74,23 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
             echo(write_for_shell(line), err=True)
 
     options = take_record(ProofOptions, given)
+    city = take_record(CityOptions, given)
     from umbra.calls.prove import make_proof, read_rules_of  # noqa: PLC0415
 
     rules = read_rules_of(options)
     with replace_results(out, say) as unfinished, show_progress(quiet) as stages:
         load_compiler()
-        stages.begin(name_reading(files))
-        scene = read_model(files, options.canopy)
-        for note in scene.notes:
-            say(f"note: {note}")
-        site = find_model_site(scene, say)
-        stages.show_scene(scene)
-        stages.begin("judging")
-        proof = make_proof(scene, site, options, rules, write_for_shell)
+        if city.tiles is not None:
+            proof = _prove_city(files, options, city, rules, out, stages)
+        else:
+            stages.begin(name_reading(files))
+            scene = read_model(files, options.canopy)
+            for note in scene.notes:
+                say(f"note: {note}")
+            site = find_model_site(scene, say)
+            stages.show_scene(scene)
+            stages.begin("judging")
+            proof = make_proof(scene, site, options, rules, write_for_shell)
         for note in proof.notes:
             say(f"note: {note}")
         stages.begin("drawing and writing")
@@ -94,3 +105,20 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
         echo(write_for_shell(line))
     for path in written:
         echo_path(path)
+
+
+def _prove_city(
+    files: tuple[str, ...], options: ProofOptions, city: CityOptions, rules: Any, out: Path,
+    stages: Any,
+) -> Any:  # fmt: skip
+    """Judge a city's files in tiles."""
+    from umbra.calls.prove_city import make_city_proof  # noqa: PLC0415
+
+    if read_values()["time"] is not None:
+        msg = "--time poses an animated file, which is not read in tiles; leave it or --tiles out"
+        raise InputError(msg)
+    stages.begin("reading files")
+    return make_city_proof(
+        files, take_site(), options, city, rules, out, take_reading(), write_for_shell,
+        partial(stages.advance, what="reading files", unit="files"), stages.begin,
+    )  # fmt: skip

@@ -7,7 +7,7 @@ asked to lose nothing.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,6 +83,21 @@ class Problem:
     ask: NDArray[np.int64]
     receiver: NDArray[np.int64]
     needs: Needs
+
+    def pick(self, which: Sequence[int]) -> "Problem":
+        """Return the problem of some of the groups, by ascending indices."""
+        chosen, needs = np.array(which, np.int64), self.needs
+        members, group = _gather(needs.group[chosen], needs.group[chosen + 1])
+        pieces, start = _gather(needs.start[members], needs.start[members + 1])
+        picked = Needs(
+            _pick_crossings([needs.crossings], pieces), needs.hours[pieces],
+            needs.goes_on[pieces], start, needs.measure[members], needs.least[members],
+            needs.limit[members], needs.weight[members], group, needs.wanted[chosen],
+        )  # fmt: skip
+        return replace(
+            self, groups=tuple(self.groups[k] for k in chosen.tolist()), needs=picked,
+            broken=self.broken[chosen], ask=self.ask[members], receiver=self.receiver[members],
+        )  # fmt: skip
 
     def find_unmet(self, hours: Sequence[NDArray[np.float64]]) -> NDArray[np.intp]:
         """Return the groups that are not met with these hours of each ask's receivers [h]."""

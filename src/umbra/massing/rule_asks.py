@@ -1,8 +1,4 @@
-"""
-Rules as asks and groups: which receivers must keep which hours.
-
-Points that stand for the areas and windows of rules.
-"""
+"""Rules as asks and groups: which receivers must keep which hours."""
 
 import math
 import re
@@ -17,6 +13,7 @@ from umbra.casters.casting import Casting
 from umbra.errors import InputError
 from umbra.lights import Period
 from umbra.massing.asks import Ask, measure_pieces
+from umbra.massing.flat_choice import FlatChoice
 from umbra.massing.planes import LONGEST, SPELLS, SUM
 from umbra.massing.problem import ReceiverGroup
 from umbra.rules import Alternative, Condition, Requirement, Rule
@@ -24,34 +21,12 @@ from umbra.rules.words import MEASURES, tell_interval
 from umbra.scene.grid import Places
 from umbra.study.options import StudyOptions
 from umbra.study.setup import find_period
+from umbra.verdicts.asked import choose_asked, find_flat_room
 from umbra.verdicts.dates import settle_dates
-from umbra.verdicts.judge import choose_asked
 from umbra.verdicts.judged_receivers import Gathered, Lacking
 from umbra.verdicts.subjects import Subjects
-from umbra.verdicts.sunlight import SunlightOf
 
-__all__ = ["AskedRules", "GatheredPoints", "ask_rules"]
-
-
-@dataclass(eq=False)
-class GatheredPoints(Gathered):
-    """
-    The receivers of rules, where points may stand for areas and windows.
-
-    Parameters
-    ----------
-    points : Subjects, optional
-    """
-
-    points: Subjects | None = None
-
-    def find(self, requirement: Requirement) -> list[SunlightOf] | Lacking:
-        """Return the receivers of a requirement, or what lacks."""
-        if self.points is None or not {"areas", "windows"} & {*requirement.receivers}:
-            return super().find(requirement)
-        points = self.points
-        sunlight: SunlightOf = self._keep("points", lambda: points)
-        return [sunlight]
+__all__ = ["AskedRules", "ask_rules"]
 
 
 _KINDS = {
@@ -76,6 +51,12 @@ class _Clause:
         """Whether one of its members is enough."""
         return self.wanted <= 1.0 and set(self.weight) == {1.0}
 
+    def group(self, name: str) -> ReceiverGroup:
+        """Return it as a group with a name."""
+        return ReceiverGroup(
+            name, np.array(self.ask), np.array(self.receiver), np.array(self.weight), self.wanted
+        )
+
 
 @dataclass(eq=False)
 class AskedRules:
@@ -90,6 +71,9 @@ class AskedRules:
         What stands around.
     asks : list of Ask
     groups : list of Group
+    candidates : list of Group
+        Of flats, of which ``choices`` take some.
+    choices : list of FlatChoice
     times : list of str
         Dates, hours and clock, for the reader.
     notes : list of str
@@ -99,6 +83,8 @@ class AskedRules:
     around: Casting | None
     asks: list[Ask] = field(default_factory=list)
     groups: list[ReceiverGroup] = field(default_factory=list)
+    candidates: list[ReceiverGroup] = field(default_factory=list)
+    choices: list[FlatChoice] = field(default_factory=list)
     times: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
@@ -128,13 +114,10 @@ class AskedRules:
             clauses = maker.join(clauses)
         for name, own in clauses:
             for clause in own:
-                self.groups.append(ReceiverGroup(
-                    f"{name} ({requirement.name})", np.array(clause.ask),
-                    np.array(clause.receiver), np.array(clause.weight), clause.wanted,
-                ))  # fmt: skip
+                self.groups.append(clause.group(f"{name} ({requirement.name})"))
 
     def _add_share(self, rule: Rule, requirement: Requirement) -> None:
-        """Add that a share of the flats meets a condition, one receiver of each."""
+        """Add that a share of the flats meets a condition."""
 
         def refuse(what: str) -> NoReturn:
             msg = f"rule '{rule.name}', {requirement.name}, {what}; {_INVERSE}"
@@ -142,38 +125,65 @@ class AskedRules:
 
         if requirement.share_at_least is None:
             refuse("limits a share of flats from the other side: more building would keep it")
-        flats: dict[str, list[_Clause]] = {}
-        for subjects in self._find(rule, requirement):
-            chosen = [k for k in choose_asked(subjects, requirement) if subjects.flats[k]]
-            if not chosen:
+        found = self._find(rule, requirement)
+        named = {flat for subjects in found for flat in subjects.flats if flat}
+        flats: dict[str, dict[str, list[list[_Clause]]]] = {}
+        for subjects in found:
+            rows = [find_flat_room(subjects, k, named, requirement) for k in range(len(subjects))]
+            own = [k for k, (flat, _) in enumerate(rows) if flat]
+            if not own:
                 continue
-            own = subjects.pick(chosen)
-            maker = _Clauses(self, rule, requirement, own)
-            made = maker.make(requirement.condition)
-            for flat, (_, clauses) in zip(own.flats, made, strict=True):
-                flats.setdefault(flat, []).extend(clauses)
+            maker = _Clauses(self, rule, requirement, subjects.pick(own))
+            for k, (_, clauses) in zip(own, maker.make(requirement.condition), strict=True):
+                flat, room = rows[k]
+                flats.setdefault(flat, {}).setdefault(room, []).append(clauses)
         if not flats:
             refuse("names no flats: give them in the column flat of windows=")
-        several = [
-            flat
-            for flat, clauses in flats.items()
-            if len(clauses) > 1 or len(clauses[0].ask) > 1 or len(requirement.rooms) > 1
-        ]
-        if several:
-            refuse(
-                f"asks a share of flats with several windows, rooms or conditions each "
-                f"({len(several)} of {len(flats)}, first: '{several[0]}'), of which only the one "
-                "that decides can be kept"
-            )
-        members = [clauses[0] for clauses in flats.values()]
-        wanted = math.ceil(requirement.share_at_least / 100 * len(members) - 1e-9)
+        wanted = math.ceil(requirement.share_at_least / 100 * len(flats) - 1e-9)
+        rooms = {len(requirement.rooms) or 1}
+        alone = [own for by_room in flats.values() for every in by_room.values() for own in every]
+        is_single = len(alone) == len(flats) and rooms == {1}
+        if is_single and all(len(own) == 1 and len(own[0].ask) == 1 for own in alone):
+            self._add_single(f"{wanted} of {len(flats)} flats ({requirement.name})", alone, wanted)
+            return
+        choice = FlatChoice(f"{wanted} of {len(flats)} flats ({requirement.name})", wanted)
+        for flat, by_room in flats.items():
+            if requirement.rooms and {*requirement.rooms} - {*by_room}:
+                continue  # a flat without such a room is unknown, whatever is built
+            choice.flats.append([
+                [self._add_candidate(flat, requirement, clauses) for clauses in option]
+                for option in _list_slots(by_room, requirement)
+            ])  # fmt: skip
+        if not choice.flats:
+            refuse(f"asks of rooms that no flat has all of: {', '.join(requirement.rooms)}")
+        self.choices.append(choice)
+
+    def _add_single(self, name: str, alone: list[list[_Clause]], wanted: int) -> None:
+        """Add that so many of some receivers are met."""
         if wanted:
+            members = [own[0] for own in alone]
             self.groups.append(ReceiverGroup(
-                f"{wanted} of {len(members)} flats ({requirement.name})",
-                np.array([clause.ask[0] for clause in members]),
+                name, np.array([clause.ask[0] for clause in members]),
                 np.array([clause.receiver[0] for clause in members]),
                 np.ones(len(members)), float(wanted),
             ))  # fmt: skip
+
+    def _add_candidate(
+        self, flat: str, requirement: Requirement, clauses: list[_Clause]
+    ) -> list[int]:
+        """Add what a receiver of a flat must keep if it is chosen; return the groups' indices."""
+        first = len(self.candidates)
+        self.candidates += [clause.group(f"flat {flat} ({requirement.name})") for clause in clauses]
+        return list(range(first, len(self.candidates)))
+
+
+def _list_slots(
+    by_room: dict[str, list[list[_Clause]]], requirement: Requirement
+) -> list[list[list[_Clause]]]:
+    """Return what a flat needs, each with the receivers of which one must keep its clauses."""
+    if requirement.one_is_enough:
+        return list(by_room.values())
+    return [[clauses] for every in by_room.values() for clauses in every]
 
 
 def ask_rules(gathered: Gathered, rules: Sequence[Rule], around: Casting | None) -> AskedRules:
@@ -195,7 +205,7 @@ def ask_rules(gathered: Gathered, rules: Sequence[Rule], around: Casting | None)
     needs = AskedRules(gathered, around)
     for rule in rules:
         needs.add(rule)
-    if not needs.groups:
+    if not needs.groups and not needs.candidates:
         names = ", ".join(rule.name for rule in rules)
         msg = f"{names}: no receiver is asked of; give areas, windows or places"
         raise InputError(msg, option="rules")

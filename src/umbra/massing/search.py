@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 from umbra.casters.casting import prepare_casting
 from umbra.massing.asks import Ask
+from umbra.massing.flat_choice import FlatChoice, choose_flats
+from umbra.massing.picks import keep_enough
 from umbra.massing.piece_choice import choose_pieces
 from umbra.massing.plot import Plot
 from umbra.massing.problem import Problem, ReceiverGroup, pose_problem
@@ -64,6 +66,8 @@ class Found:
         Hours of the receivers of each ask with the solid [h].
     shrunk : float
         What verification took from the volume [m3].
+    told : tuple of str
+        Of choices that were made, a line each.
     """
 
     problem: Problem
@@ -74,6 +78,7 @@ class Found:
     violations: tuple[Violation, ...]
     hours: list[NDArray[np.float64]]
     shrunk: float
+    told: tuple[str, ...] = ()
 
     @property
     def plot(self) -> Plot:
@@ -95,6 +100,8 @@ def search_heights(
     highest: float,
     threads: int,
     tell: Callable[[str], object] = lambda _: None,
+    candidates: Sequence[ReceiverGroup] = (),
+    choices: Sequence[FlatChoice] = (),
 ) -> Found:
     """
     Search the greatest heights over a plot that keep what groups of receivers need.
@@ -113,6 +120,9 @@ def search_heights(
     threads : int
     tell : callable
         Called with the name of each stage.
+    candidates : sequence of Group
+        Of which the choices take some.
+    choices : sequence of FlatChoice
 
     Raises
     ------
@@ -121,16 +131,25 @@ def search_heights(
     """
     around = prepare_casting(scene, casters, threads) if casters else None
     tell("finding the planes of the sun")
-    problem = pose_problem(plot, asks, groups, around)
-    needs = problem.needs
+    problem = pose_problem(plot, asks, [*groups, *candidates], around)
     top = plot.ground + highest
     tell("bounding the volume")
-    ceiling = np.maximum(bound_cells(needs, top), plot.ground)
-    crossings = max(len(needs.crossings.cell), 1)
-    steps = int(np.clip(_AT_ONCE / crossings, _FEWEST, _STEPS))  # each gives a valid bound
-    bound, prices = bound_sum(needs, ceiling, plot.ground, steps)
+    whole = problem
+    if candidates:  # no bound of theirs: another choice may hold more
+        problem = whole.pick(range(len(groups)))
+    ceiling = np.maximum(bound_cells(problem.needs, top), plot.ground)
+    steps = _count_steps(problem)  # each gives a valid bound
+    bound, prices = bound_sum(problem.needs, ceiling, plot.ground, steps)
+    told: tuple[str, ...] = ()
+    highest_tops = ceiling
+    if candidates:
+        chosen, told = _choose(whole, len(groups), choices, ceiling)
+        problem = whole.pick([*range(len(groups)), *chosen])
+        highest_tops = np.maximum(bound_cells(problem.needs, top), plot.ground)
+        _, prices = bound_sum(problem.needs, highest_tops, plot.ground, _count_steps(problem))
+    needs = problem.needs
     tell("choosing hours of sun")
-    tops = choose_pieces(needs, ceiling, prices, _ROUNDS)
+    tops = choose_pieces(needs, highest_tops, prices, _ROUNDS)
     tell("verifying by a study")
     heights = np.maximum(np.floor((tops - plot.ground - _BELOW / 2) / _BELOW) * _BELOW, 0.0)
     before = float(heights.sum())
@@ -146,8 +165,34 @@ def search_heights(
     return Found(
         problem, heights, ceiling - plot.ground, bound * plot.area, mesh,
         tuple(_list_violations(problem, unmet, hours)), hours,
-        (before - float(heights.sum())) * plot.area,
+        (before - float(heights.sum())) * plot.area, told,
     )  # fmt: skip
+
+
+def _count_steps(problem: Problem) -> int:
+    """Return the number of steps of a bound."""
+    crossings = max(len(problem.needs.crossings.cell), 1)
+    return int(np.clip(_AT_ONCE / crossings, _FEWEST, _STEPS))
+
+
+def _choose(
+    problem: Problem, fixed: int, choices: Sequence[FlatChoice], ceiling: NDArray[np.float64]
+) -> tuple[list[int], tuple[str, ...]]:
+    """Choose the flats that keep their sun; return their groups, and what is told of it."""
+    heights = ceiling.copy()
+    is_kept = np.zeros(len(problem.needs.hours), np.bool_)
+    for group in range(fixed):
+        keep_enough(problem.needs, group, heights, is_kept)
+    groups, told = list[int](), []
+    for choice in choices:
+        own, count = choose_flats(problem.needs, fixed, problem.broken, choice, heights)
+        groups += [fixed + group for group in own]
+        few = "" if count == choice.wanted else f"; only {count} have enough before"
+        told.append(
+            f"{choice.name} keep their sun, each room by one window that costs least{few}; "
+            "another choice may hold more, up to bound_m3, which leaves these flats out"
+        )
+    return sorted(set(groups)), tuple(told)
 
 
 def _count(

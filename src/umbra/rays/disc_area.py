@@ -17,8 +17,12 @@ _CROSSING = 384  # most sides that cross the disc
 
 
 @borrowing
-def integrate_disc(sides, count):
-    """Return the share of the unit disc that no polygon covers; below 0 with too many crossings."""
+def integrate_disc(sides, count, enough):
+    """
+    Return the share of the unit disc that no polygon covers; below 0 with too many crossings.
+
+    Of more than ``enough`` no more than that is certain.
+    """
     lines, spans, heights = sides.lines, sides.crossings, sides.heights
     bounds = _keep_bounds(lines, count)
     n = _list_heights(lines, bounds, heights)
@@ -32,6 +36,8 @@ def integrate_disc(sides, count):
         return -1.0
     free = 0.0
     for q in range(n - 1):
+        if free > enough * math.pi:
+            break
         low, high = heights[q], heights[q + 1]
         if not high > low:
             continue

@@ -11,12 +11,13 @@ from umbra.machine import use_threads
 from umbra.rays.disc_sides import NO_LAND, LandEdge, make_frame, make_sides
 from umbra.rays.face_tree import DEEPEST, FaceTree
 from umbra.rays.hidden import get
-from umbra.rays.sun_disc import MOST_FACES, gather_disc_faces, measure_disc
+from umbra.rays.sun_disc import MOST_FACES, covers_disc, gather_disc_faces, measure_disc
 
 __all__ = ["SEEN", "DiscTrack", "find_contacts"]
 
 SEEN = 1e-9
 """Least share that is seen: above the rounding of areas, 1e-4 s after contact."""
+_PLENTY = 1e-3  # share that is surely seen
 _BLOCK = 16
 _WIDEST = 0.5  # angle of a cone that holds the disc's way [radians]
 _SLACK = 1e-4  # by which its ends are not its farthest [radians]
@@ -66,8 +67,7 @@ def find_contacts(
     which : (n,) int64
         Interval of the track of each point.
     between : (2, n) int64
-        Times at which a part of the disc is not seen, and is seen, in any order. What is seen at
-        both has its contact at the first.
+        Times at which no part of the disc is seen, and one is, in any order.
     radius : float
         Of the disc [degrees].
     close : int
@@ -105,29 +105,27 @@ def _solve_one(tree, p, n, track, k, between, radius, close, land, faces, stack,
     """Return when the disc appears or goes at a point."""
     dark, lit = between
     number, gap = _gather_way(tree, p, track, k, dark, lit, radius, stack, faces), abs(lit - dark)
-    frame = make_frame(_find_direction(track, k, dark), radius)
-    if _measure(tree, p, n, frame, land, faces, number, stack, sides) > SEEN:
-        return dark
+    recent = np.int64(-1)  # the last face that covered the disc usually still does
     while abs(lit - dark) > close:
+        middle = (dark + lit) // 2
+        frame = make_frame(_find_direction(track, k, middle), radius)
+        if recent >= 0 and covers_disc(tree, recent, p, frame, sides):
+            dark = middle
+            continue
         if number > _FEW and abs(lit - dark) < gap // 3:
             number = _gather_way(tree, p, track, k, dark, lit, radius, stack, faces)
             gap = abs(lit - dark)
-        middle = (dark + lit) // 2
-        frame = make_frame(_find_direction(track, k, middle), radius)
-        if _measure(tree, p, n, frame, land, faces, number, stack, sides) > SEEN:
+        listed = number
+        if number > faces.size:
+            listed = gather_disc_faces(tree, p, p, frame, stack, faces)
+        share, recent = measure_disc(
+            tree, p, n, frame, land, faces, listed, stack, sides, _PLENTY
+        )  # fmt: skip
+        if share > SEEN:
             lit = middle
         else:
             dark = middle
     return lit
-
-
-@borrowing
-def _measure(tree, p, n, frame, land, faces, number, stack, sides):
-    """Return the share of the disc in one frame; of its own faces where its way has too many."""
-    if number > faces.size:
-        number = gather_disc_faces(tree, p, p, frame, stack, faces)
-    share, _ = measure_disc(tree, p, n, frame, land, faces, number, stack, sides)
-    return share
 
 
 @inlined

@@ -9,6 +9,7 @@ a disc, it is judged by many rays.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +31,10 @@ from umbra.rays.face_tree import DEEPEST, FaceTree
 from umbra.rays.hidden import get, is_hidden
 from umbra.rays.lanes import meet_cone
 
-__all__ = ["MOST_FACES", "find_free_disc", "gather_disc_faces", "measure_disc"]
+__all__ = [
+    "MOST_FACES", "KnownDiscs", "covers_disc", "find_free_disc", "gather_disc_faces",
+    "measure_disc",
+]  # fmt: skip
 
 MOST_FACES = 512
 """Most faces that meet a disc's cone; of more it is judged by rays."""
@@ -45,6 +49,22 @@ _OPEN = -1.0
 _POINT = 1e-7  # radius of a ray to the land [radians]
 
 
+class KnownDiscs(NamedTuple):
+    """
+    Which discs are known to be wholly free, or wholly hidden.
+
+    Parameters
+    ----------
+    cut : (m, n) bool
+        Which are not, and have to be measured.
+    hidden : (m, n) uint8
+        Which of the others are hidden.
+    """
+
+    cut: NDArray[np.bool_]
+    hidden: NDArray[np.uint8]
+
+
 def find_free_disc(
     tree: FaceTree,
     points: NDArray[np.float64],
@@ -53,6 +73,7 @@ def find_free_disc(
     radius: float,
     threads: int = 1,
     land: LandEdge = NO_LAND,
+    known: KnownDiscs | None = None,
 ) -> NDArray[np.float64]:
     """
     Return the share of a disc that each point sees, 0 to 1.
@@ -73,6 +94,8 @@ def find_free_disc(
     threads : int
     land : LandEdge
         None by default.
+    known : KnownDiscs, optional
+        None by default: all are measured.
 
     Returns
     -------
@@ -82,12 +105,13 @@ def find_free_disc(
     use_threads(threads)
     slope = math.tan(math.radians(radius))
     blocks = -(-len(points) // _BLOCK)
-    run_shared(blocks, _find, tree, points, normals, toward, slope, land, shares)
+    known = known or KnownDiscs(np.zeros((0, 0), np.bool_), np.zeros((0, 0), np.uint8))
+    run_shared(blocks, _find, tree, points, normals, toward, slope, land, known, shares)
     return shares
 
 
 @kernel
-def _find(tree, points, normals, toward, radius, land, shares, taken):
+def _find(tree, points, normals, toward, radius, land, known, shares, taken):
     n = points.shape[0]
     stack = np.zeros(DEEPEST, np.int32)
     sides = make_sides()
@@ -102,6 +126,11 @@ def _find(tree, points, normals, toward, radius, land, shares, taken):
             lasts[i] = -1  # the last face that covered a disc usually still does
         for k in range(toward.shape[0]):
             frame = make_frame(get(toward, k), radius)
+            if not _open(known, k, shares[k], first, end):
+                continue
+            _hide(
+                tree, points, normals, frame, known, k, first, end, lasts, stack, sides, shares[k]
+            )
             _find_block(
                 tree, points, normals, frame, land, first, end, lasts, stack, sides, faces,
                 shares[k],
@@ -109,22 +138,56 @@ def _find(tree, points, normals, toward, radius, land, shares, taken):
 
 
 @borrowing
+def _open(known, k, shares, first, end):
+    """Set the shares of a block that are known, and open the others; return their number."""
+    number = 0
+    for i in range(first, end):
+        if known.cut.size == 0 or known.cut[k, i]:
+            shares[i] = _OPEN
+            number += 1
+        else:
+            shares[i] = 0.0 if known.hidden[k, i] else 1.0
+    return number
+
+
+@borrowing
+def _hide(tree, points, normals, frame, known, k, first, end, lasts, stack, sides, shares):
+    """Close the open points of a block of whose disc the face before its middle hides all."""
+    if known.cut.size == 0:
+        return
+    recent = np.int64(-1)
+    for i in range(first, end):
+        if shares[i] != _OPEN or not known.hidden[k, i]:
+            continue
+        p = get(points, i)
+        if recent < 0 or not covers_disc(tree, recent, p, frame, sides):
+            recent = is_hidden(p, get(normals, i), frame.d, tree, stack, lasts[i - first])
+            if recent < 0 or not covers_disc(tree, recent, p, frame, sides):
+                continue
+        shares[i], lasts[i - first] = 0.0, recent
+
+
+@borrowing
 def _find_block(
     tree, points, normals, frame, land, first, end, lasts, stack, sides, faces, shares
 ):  # fmt: skip
-    """Find the free share of one disc for a block of points; shares are 0 before."""
+    """Find the free share of one disc for the open points of a block."""
     count = add_plane(sides, 0, frame, _LEVEL)
     if count >= 0:
         count = add_land_edge(sides, count, frame, land)
-    if count < 0:
-        return
     for i in range(first, end):
+        if shares[i] != _OPEN:
+            continue
         last = lasts[i - first]
         n = get(normals, i)
-        if n[0] == n[0] and add_plane(sides, 0, frame, n) < 0:
-            continue
-        if last < 0 or not _covers(tree, last, get(points, i), frame, sides):
-            shares[i] = _OPEN
+        if (
+            count < 0
+            or (n[0] == n[0] and add_plane(sides, 0, frame, n) < 0)
+            or (last >= 0 and covers_disc(tree, last, get(points, i), frame, sides))
+        ):
+            shares[i] = 0.0
+    if count < 0:
+        return
     whole = _gather_open(tree, points, shares, first, end, frame, stack, faces)
     for start in range(first, end, _GROUP):
         stop = min(start + _GROUP, end)
@@ -136,20 +199,20 @@ def _find_block(
             if shares[i] != _OPEN:
                 continue
             p, n = get(points, i), get(normals, i)
-            if recent >= 0 and _covers(tree, recent, p, frame, sides):
+            if recent >= 0 and covers_disc(tree, recent, p, frame, sides):
                 shares[i], lasts[i - first] = 0.0, recent
                 continue
             used = listed
             if listed > _FEW:
                 used = gather_disc_faces(tree, p, p, frame, stack, faces)
             shares[i], recent = measure_disc(
-                tree, p, n, frame, land, faces, used, stack, sides
+                tree, p, n, frame, land, faces, used, stack, sides, 2.0
             )  # fmt: skip
             lasts[i - first] = recent
 
 
 @inlined
-def _covers(tree, f, p, frame, sides):
+def covers_disc(tree, f, p, frame, sides):
     """Return whether a face covers all of a disc."""
     count = add_face(sides, 0, frame, tree, f, p)
     clear_sides(sides, count)
@@ -208,7 +271,7 @@ def gather_disc_faces(tree, low, high, frame, stack, faces):
 
 
 @borrowing
-def measure_disc(tree, p, n, frame, land, faces, number, stack, sides):
+def measure_disc(tree, p, n, frame, land, faces, number, stack, sides, enough):
     """
     Return the free share of a point's disc, and a face that covers all of it, else -1.
 
@@ -225,6 +288,8 @@ def measure_disc(tree, p, n, frame, land, faces, number, stack, sides):
         Its number.
     stack, sides
         Scratch.
+    enough : float64
+        Share of which no more is asked than that the disc has it; above 1: all of it.
     """
     if number > faces.size:
         return _sample(tree, p, n, frame, land, stack, sides), np.int64(-1)
@@ -238,7 +303,7 @@ def measure_disc(tree, p, n, frame, land, faces, number, stack, sides):
     middle = np.int64(-1)
     if number >= _ASK and count == 0:
         middle = is_hidden(p, n, frame.d, tree, stack, middle)
-        if middle >= 0 and _covers(tree, middle, p, frame, sides):
+        if middle >= 0 and covers_disc(tree, middle, p, frame, sides):
             return 0.0, middle
     for k in range(number):
         got = add_face(sides, count, frame, tree, faces[k], p)
@@ -248,7 +313,7 @@ def measure_disc(tree, p, n, frame, land, faces, number, stack, sides):
         count = got
     if count == 0:
         return 1.0, np.int64(-1)
-    share = integrate_disc(sides, count)
+    share = integrate_disc(sides, count, enough)
     clear_sides(sides, count)
     if share < 0.0:
         share = _sample(tree, p, n, frame, land, stack, sides)

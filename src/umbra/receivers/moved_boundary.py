@@ -20,7 +20,9 @@ from umbra.receivers.area_search import find_areas
 from umbra.scene import Scene
 from umbra.scene.named_places import Area
 
-__all__ = ["HALF_UP_TO", "find_roads", "move_areas", "move_boundary", "tell_frontages"]
+__all__ = [
+    "HALF_UP_TO", "find_roads", "join_roads", "move_areas", "move_boundary", "tell_frontages",
+]  # fmt: skip
 
 HALF_UP_TO = 10.0
 """Width up to which half of a road counts; beyond, all but half of this width [m]."""
@@ -51,12 +53,24 @@ def find_roads(scene: Scene, asked: Any) -> Any:
     InputError
         If there are none, or one is no valid polygon.
     """
-    shapely = need("shapely", "gis", "roads")
+    if _are_placed(asked):
+        return join_roads(asked)
     try:
         areas, _ = find_areas(scene, asked, "roads")
     except InputError as error:
         error.data["option"] = "roads"
         raise
+    return join_roads(areas)
+
+
+def _are_placed(asked: Any) -> bool:
+    """Return whether roads are areas in the model's own coordinates already."""
+    return isinstance(asked, (list, tuple)) and all(isinstance(one, Area) for one in asked)
+
+
+def join_roads(areas: Sequence[Area]) -> Any:
+    """Return the union of roads; those that touch are one."""
+    shapely = need("shapely", "gis", "roads")
     wide = shapely.buffer(
         [area.polygon for area in areas], _SLIVER, join_style="mitre", cap_style="flat"
     )

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.ground.level import TERRAIN
-from umbra.receivers.area_search import bound_areas
 from umbra.receivers.bands import read_bands
 from umbra.receivers.counted import choose_near
 from umbra.receivers.layout import Skyline
@@ -71,6 +70,8 @@ def spread_near(
 
 def find_area_box(scene: Scene, options: Any) -> NDArray[np.float64]:
     """Return the bounds (2, 2) of named areas, or of their bands, in own coordinates [m]."""
+    from umbra.receivers.area_search import bound_areas  # noqa: PLC0415  (readers of areas)
+
     reach = max((far for _, far in read_bands(options.band)), default=0.0)
     return bound_areas(scene, options.areas) + np.array([[-reach], [reach]])
 

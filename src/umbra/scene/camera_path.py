@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.scene.camera import Camera
 
-__all__ = ["follow_cameras", "turn_camera"]
+__all__ = ["follow_cameras", "hold_in_turn", "turn_camera"]
 
 
 def turn_camera(camera: Camera, count: int) -> list[Camera]:
@@ -24,6 +24,31 @@ def turn_camera(camera: Camera, count: int) -> list[Camera]:
     upright = np.array([0.0, 0.0, 1.0])
     ways = [_turn(upright, -2 * np.pi * k / count) for k in range(count)]
     return [replace(camera, eye=target + way @ (eye - target), up=way @ up) for way in ways]
+
+
+def hold_in_turn(
+    camera: Camera, points: NDArray[np.float64], count: int, margin: float = 0.04
+) -> Camera:
+    """
+    Return a camera that looks at the middle of points, all of which its turn's pictures hold.
+
+    Its direction is kept. ``points`` (n, 3) are in the model [m], ``margin`` is of the picture.
+    """
+    target = (points.min(0) + points.max(0)) / 2
+    cols, rows = camera.size
+    fill = 1 - 2 * margin
+    slope = fill * np.tan(np.radians(camera.fov) / 2)
+    away, high = camera.near, 0.0
+    forward = camera.axes()[2]
+    at = replace(camera, eye=target - forward, target=target, shift=(0.0, 0.0))
+    for one in turn_camera(at, count):
+        across, above, ahead = np.stack(one.axes()) @ (points - target).T
+        need = np.maximum(np.abs(across) * rows / cols, np.abs(above))
+        away = max(away, float((need / slope - ahead).max()))
+        high = max(high, 2 * float(need.max()) / fill)
+    if not camera.is_perspective:
+        return replace(at, height=high, eye=target - (away + high) * forward)
+    return replace(at, eye=target - away * forward)
 
 
 def _turn(axis: NDArray[np.float64], angle: float) -> NDArray[np.float64]:

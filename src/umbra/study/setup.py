@@ -19,9 +19,7 @@ from umbra.scene import Scene
 from umbra.study.accumulators.arrays import ResultArrays, ResultOptions
 from umbra.study.accumulators.attribution import Attribution, AttributionOptions, ExactAttribution
 from umbra.study.accumulators.before_and_after import Proposal
-from umbra.study.accumulators.disc import RADIUS, DiscHours
 from umbra.study.accumulators.exact import ExactIntervals, find_least_interval, follow_sun
-from umbra.study.accumulators.measure_sums import MeasureSums
 from umbra.study.accumulators.named_hours import GroupDays, NamedDays
 from umbra.study.accumulators.step_masks import HourSums, InstantMasks, Masks, SunIntervals
 from umbra.study.compare import read_hours
@@ -64,6 +62,13 @@ def find_period(options: StudyOptions, site: Site | None) -> Period:
 def _ask_for_site() -> InputError:
     msg = "a study of the sun needs a place; give latitude and longitude with site="
     return InputError(msg, option="latitude")
+
+
+def _find_disc_radius() -> float:
+    """Return the radius of the sun's disc [degrees]."""
+    from umbra.study.accumulators.disc import RADIUS  # noqa: PLC0415  (kernels)
+
+    return RADIUS
 
 
 @dataclass(frozen=True, eq=False)
@@ -312,7 +317,7 @@ class Setup:
             0,
             ExactIntervals(arrays) if results.tolerance
             else SunIntervals(arrays) if results.is_streamed
-            else DiscHours(arrays) if self.options.disc
+            else self._make_disc(arrays) if self.options.disc
             else HourSums(arrays)
         )  # fmt: skip
         if laid.group_names and self.period.days:
@@ -329,6 +334,12 @@ class Setup:
             accumulators.append(Attribution(attribution, laid, arrays, self.proposal))
         return accumulators
 
+    def _make_disc(self, arrays: ResultArrays) -> Accumulator:
+        """Return the accumulator of hours by the share of the sun's disc."""
+        from umbra.study.accumulators.disc import DiscHours  # noqa: PLC0415  (kernels)
+
+        return DiscHours(arrays)
+
     def _make_measured(self, measure: Measure, laid: Receivers) -> Accumulator:
         """Return the accumulator of a measure."""
         if measure.by_caster:
@@ -337,6 +348,8 @@ class Setup:
             return BlockedSky(
                 measure, self.asked, laid, self.attribution, self.casters, self.proposal
             )
+        from umbra.study.accumulators.measure_sums import MeasureSums  # noqa: PLC0415  (kernels)
+
         return MeasureSums(measure, self.asked, laid, self.canopy, self.proposal, self.casters)
 
     def _solve(self, tile: Tile, parts: Sequence[int]) -> NDArray[np.float32]:
@@ -371,7 +384,7 @@ class Setup:
             "longitude": getattr(site, "longitude", None),
             "time_zone": getattr(site, "zone", None),
             "true_north_deg": getattr(site, "true_north", None),
-            "sun_disc_deg": RADIUS if self.options.disc else None,
+            "sun_disc_deg": _find_disc_radius() if self.options.disc else None,
             "replaced": ", ".join(dict.fromkeys(part.name for part in scene.replaced)) or None,
             **(self.period.horizon.facts if self.period.horizon else {}),
             **self._describe_measures(),

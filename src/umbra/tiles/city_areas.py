@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.folders.atomic import replace_file
 from umbra.packages import need
-from umbra.receivers.area_search import find_areas, join_plans
+from umbra.receivers.area_search import check_areas, find_areas, join_plans
 from umbra.receivers.areas import AreaLevel, refuse_outside, tell_sampling
 from umbra.receivers.bands import make_bands, read_bands
 from umbra.receivers.lattice import choose_side
+from umbra.receivers.moved_boundary import join_roads, move_areas
 from umbra.scene import Scene
 from umbra.scene.named_places import Area
 from umbra.study.area_table import AreaTable, compare_areas
@@ -32,7 +33,9 @@ from umbra.tiles.job import CityJob, WorkerContext
 from umbra.tiles.matched_parts import fill_bounds, find_matching
 from umbra.tiles.store import CityStore
 
-__all__ = ["count_areas", "list_judged", "list_tasks", "read_area_table", "settle_areas"]
+__all__ = [
+    "count_areas", "list_judged", "list_tasks", "read_area_table", "settle_areas", "settle_roads",
+]  # fmt: skip
 
 _PIECE = "areas.npz"
 _SQUARES = 500_000
@@ -61,33 +64,50 @@ def settle_areas(
     wanted: Any = options.areas
     if wanted is None:
         return options, []
-    if options.roads is not None:
-        msg = (
-            "roads= moves the boundary of bands in a study without tiles; leave tiles= out, or "
-            "give areas with their boundary already moved"
-        )
-        raise InputError(msg, option="roads")
+    areas, notes = _find(wanted, "areas", catalogue, where)
+    refuse_outside(areas, options.extent)
+    roads = settle_roads(options.roads, catalogue, where)
+    return replace(options, areas=areas, roads=roads), notes
+
+
+def settle_roads(wanted: Any, catalogue: Catalogue, where: Scene) -> list[Area] | None:
+    """
+    Return roads as polygons in the city's own coordinates; None without.
+
+    Raises
+    ------
+    InputError
+        If there are none, one is wrong, or they lie elsewhere.
+    """
+    return None if wanted is None else _find(wanted, "roads", catalogue, where)[0]
+
+
+def _find(
+    wanted: Any, option: str, catalogue: Catalogue, where: Scene
+) -> tuple[list[Area], list[str]]:
+    wanted = check_areas(wanted, option)
     patterns = (wanted,) if isinstance(wanted, str) else wanted
     if not isinstance(patterns, Mapping) and isinstance(patterns, Sequence) and all(
         isinstance(pattern, str) for pattern in patterns
     ):  # fmt: skip
-        areas, notes = _find_parts(catalogue, patterns), list[str]()
-    else:
-        areas, notes = find_areas(fill_bounds(where, catalogue.bounds), wanted)
-    refuse_outside(areas, options.extent)
-    return replace(options, areas=areas), notes
+        return _find_parts(catalogue, patterns, option), []
+    try:
+        return find_areas(fill_bounds(where, catalogue.bounds), wanted, option)
+    except InputError as error:
+        error.data["option"] = option
+        raise
 
 
-def _find_parts(catalogue: Catalogue, patterns: Sequence[str]) -> list[Area]:
+def _find_parts(catalogue: Catalogue, patterns: Sequence[str], option: str) -> list[Area]:
     """Return the plans of parts of all files that patterns match, one area for each object."""
     origin, soups = find_origin(catalogue), dict[str, list[NDArray[np.float64]]]()
     for pattern in patterns:
         if not any(find_matching(file, [pattern]).any() for file in catalogue.files):
             msg = (
-                f"areas='{pattern}' matches no part of {len(catalogue.files)} files, and is no "
+                f"{option}='{pattern}' matches no part of {len(catalogue.files)} files, and is no "
                 "file of polygons (umbra inspect lists the parts of a file)"
             )
-            raise InputError(msg, option="areas", pattern=pattern)
+            raise InputError(msg, option=option, pattern=pattern)
     for file in catalogue.files:
         chosen, geometry = find_matching(file, patterns), file.geometry
         faces = np.flatnonzero(chosen[geometry.part])
@@ -104,8 +124,8 @@ def _find_parts(catalogue: Catalogue, patterns: Sequence[str]) -> list[Area]:
     shapes = {name: join_plans(np.concatenate(own), origin[:2]) for name, own in soups.items()}
     areas = [Area(name, shape) for name, shape in shapes.items() if shape is not None]
     if not areas:
-        msg = f"areas='{', '.join(patterns)}' matches only upright parts, which have no plan"
-        raise InputError(msg, option="areas")
+        msg = f"{option}='{', '.join(patterns)}' matches only upright parts, which have no plan"
+        raise InputError(msg, option=option)
     return areas
 
 
@@ -150,7 +170,14 @@ def list_judged(options: StudyOptions) -> Sequence[Area]:
 def _judge(options: StudyOptions, areas: Sequence[Area]) -> Sequence[Area]:
     """Return the areas that are judged of some: these, or their bands."""
     bands = read_bands(options.band)
-    return make_bands(areas, bands)[0] if bands else areas
+    return make_bands(areas, bands, _move(options, areas)[0])[0] if bands else areas
+
+
+def _move(options: StudyOptions, areas: Sequence[Area]) -> tuple[list[Any], list[str]]:
+    """Return what areas are with their boundary moved across roads, and notes; none without."""
+    if options.roads is None:
+        return [], []
+    return move_areas(areas, join_roads(options.roads))
 
 
 def count_areas(context: WorkerContext, tile: CityTile) -> int:
@@ -201,4 +228,5 @@ def read_area_table(job: CityJob) -> AreaTable | None:
     notes = tell_sampling([area.name for area in judged], covered, sides, options.cell, level)
     has_hours = options.asks_hours and options.date is not None
     least = read_hours(options.least, "least") if has_hours else None
+    notes = [*_move(options, list(cast("Any", options.areas)))[1], *notes]
     return AreaTable(judged, job.open().period, columns, least, tuple(notes))

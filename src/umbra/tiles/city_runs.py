@@ -62,9 +62,9 @@ class Laid:
         return np.asarray(np.add.reduceat(values * self.areas, first) / whole)
 
 
-def cut_runs(points: NDArray[np.float64]) -> Iterator[NDArray[np.intp]]:
+def cut_runs(points: NDArray[np.float64], side: float | None = None) -> Iterator[NDArray[np.intp]]:
     """Yield the indices of points (n, 2) or (n, 3) in each square, at most so many at a time."""
-    squares = np.floor(points[:, :2] / _SIDE).astype(np.int64)
+    squares = np.floor(points[:, :2] / (side or _SIDE)).astype(np.int64)
     order = np.lexsort((np.arange(len(points)), squares[:, 0], squares[:, 1]))
     changes = np.flatnonzero((np.diff(squares[order], axis=0) != 0).any(1)) + 1
     for run in np.split(order, changes):
@@ -84,7 +84,7 @@ def lay_out_areas(own: RolePlace) -> Laid:
         sides[run], covered[run] = laid.sides, laid.covered
         return laid
 
-    found = _join(len(areas), cut_runs(middles), lay_out)
+    found = _join(len(areas), cut_runs(middles, own.job.square), lay_out)
     level = AreaLevel.of(options.areas_on)
     notes = tell_sampling([one.name for one in areas], covered, sides, options.cell, level)
     return replace(found, notes=tuple(notes))
@@ -97,7 +97,11 @@ def lay_out_windows(own: RolePlace) -> Laid:
     middles = np.array([(row.x, row.y) for row in rows])
     kind, notes = find_kind("windows"), list[str]()
     # Of too many none is looked for within bodies, of the whole table as of a run.
-    runs = cut_runs(middles) if len(rows) <= MOST_HELD else iter([np.arange(len(rows))])
+    runs = (
+        cut_runs(middles, own.job.square)
+        if len(rows) <= MOST_HELD
+        else iter([np.arange(len(rows))])
+    )
 
     def lay_out(run: NDArray[np.intp]) -> Any:
         some = [rows[k] for k in run.tolist()]

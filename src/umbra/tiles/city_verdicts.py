@@ -6,6 +6,8 @@ Receivers are laid out, and counted, in runs that lie together; the rules see th
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,19 +16,24 @@ from numpy.typing import NDArray
 from umbra.errors import InputError
 from umbra.lights import Period
 from umbra.receivers import find_kind
+from umbra.receivers.kind import DIMS
 from umbra.rules.record import Rule
+from umbra.scene import Mesh, Part, Scene
 from umbra.study.accumulators.step_masks import Masks
 from umbra.study.options import StudyOptions
 from umbra.tiles.city_proposal import find_proposal
 from umbra.tiles.city_receivers import RolePlace, count_among, look_around
 from umbra.tiles.city_runs import Laid, cut_runs, lay_out_areas, lay_out_windows
 from umbra.tiles.job import CityJob
-from umbra.tiles.matched_parts import fill_bounds
-from umbra.tiles.prepare import locate_city
+from umbra.tiles.matched_parts import fill_bounds, name_city_replaced
+from umbra.tiles.prepare import make_plain
+from umbra.tiles.settle import locate_city
+from umbra.tiles.verdict_pieces import VerdictPieces
 from umbra.verdicts.judge import RuleVerdict, judge_rules
 from umbra.verdicts.judged_receivers import NEEDS, Gathered, Lacking
 from umbra.verdicts.subjects import Subjects
 from umbra.verdicts.sunlight import Model, SunlightOf
+from umbra.version import __version__
 
 __all__ = ["CityGathered", "gather_city", "judge_city"]
 
@@ -46,6 +53,7 @@ class _CitySunlight(SunlightOf):
     """Sunlight and sky of some receivers of a city."""
 
     job: CityJob = None  # type: ignore[assignment]
+    pieces: VerdictPieces = None  # type: ignore[assignment]
 
     def _run(self, which: str, **more: Any) -> Any:
         job, given = self.job, self.subjects
@@ -55,8 +63,11 @@ class _CitySunlight(SunlightOf):
             msg = "rules of the sky take no horizon= in tiles; leave one out, or tiles="
             raise InputError(msg, option="horizon")
         normals = np.where(np.isfinite(given.normals), given.normals, [0.0, 0.0, 1.0])
+        replaced = [getattr(job.options, name) for name in ("proposed", "replace", "replace_in")]
+        plain = {name: make_plain(value) for name, value in kept.items()}
+        decides = which, replaced, casters, plain, more
         joined: _Counted | None = None
-        for some in cut_runs(given.points):
+        for some in cut_runs(given.points, job.square):
             points = np.hstack([given.points[some], normals[some]])
             asked = StudyOptions(receivers="points", points=points, **kept, **casters, **more)
             own = RolePlace(
@@ -65,12 +76,14 @@ class _CitySunlight(SunlightOf):
             )  # fmt: skip
             if joined is None:
                 self._check_memory(own)
-            low, high = given.points[some, :2].min(0), given.points[some, :2].max(0)
-            shift = own.origin[:2]
-            request = look_around(own, low - shift, high - shift)
-            laid: Any = find_kind("points").lay_out(request)
-            study, _ = count_among(own, laid)
-            joined = _join(joined, study, some, len(given.points))
+            piece = self.pieces.find(decides, points, partial(_count, own, points))
+            if joined is None:
+                joined = _begin(own, piece, len(given.points))
+            for name, values in piece.items():
+                if name != _BITS:
+                    joined.more[name][1][some] = values
+            if joined.masks is not None:
+                joined.masks.bits[:, some] = piece[_BITS]
         return joined
 
     def _check_memory(self, own: RolePlace) -> None:
@@ -87,23 +100,29 @@ class _CitySunlight(SunlightOf):
             raise InputError(msg, option="areas")
 
 
-def _join(joined: _Counted | None, study: Any, some: NDArray[np.intp], count: int) -> _Counted:
-    """Add the results of some samples to those of all."""
-    kept = {name: (dims, np.asarray(values)) for name, (dims, values) in study.more.items()
-            if dims == study.laid.dims and np.asarray(values).dtype.kind == "f"}  # fmt: skip
-    if joined is None:
-        masks = None
-        if study.masks is not None:
-            masks = Masks(study.period.sun.is_up, (count,))
-        more = {
-            name: (dims, np.zeros(count, values.dtype)) for name, (dims, values) in kept.items()
-        }
-        joined = _Counted(study.period, masks, more, study.quantities)
-    for name, (_, values) in kept.items():
-        joined.more[name][1][some] = values
-    if joined.masks is not None:
-        joined.masks.bits[:, some] = study.masks.bits
-    return joined
+_BITS = "bits of masks"
+
+
+def _count(own: RolePlace, points: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
+    """Count points among all that reaches them: what varies over them, and their masks."""
+    low, high = points[:, :2].min(0), points[:, :2].max(0)
+    shift = own.origin[:2]
+    laid: Any = find_kind("points").lay_out(look_around(own, low - shift, high - shift))
+    study, _ = count_among(own, laid)
+    piece = {name: np.asarray(values) for name, (dims, values) in study.more.items()
+             if dims == study.laid.dims and np.asarray(values).dtype.kind == "f"}  # fmt: skip
+    return piece if study.masks is None else {**piece, _BITS: study.masks.bits}
+
+
+def _begin(own: RolePlace, piece: dict[str, NDArray[Any]], count: int) -> _Counted:
+    """Make room for the results of all samples, as the first piece has them."""
+    masks = Masks(own.period.sun.is_up, (count,)) if _BITS in piece else None
+    more: dict[str, tuple[tuple[str, ...], NDArray[Any]]] = {
+        name: (DIMS, np.zeros(count, values.dtype))
+        for name, values in piece.items()
+        if name != _BITS
+    }
+    return _Counted(own.period, masks, more, own.job.options.quantities)
 
 
 @dataclass(eq=False)
@@ -112,8 +131,15 @@ class CityGathered(Gathered):
 
     job: CityJob = None  # type: ignore[assignment]
 
+    @cached_property
+    def pieces(self) -> VerdictPieces:
+        """What was counted, in the folder of the city's results."""
+        job = self.job
+        decides = __version__, job.open().catalogue.fingerprint, job.site, job.frame, job.merged
+        return VerdictPieces(Path(job.folder), repr(decides))
+
     def _make_sunlight(self, subjects: Subjects) -> SunlightOf:
-        return _CitySunlight(self.model, subjects, job=self.job)
+        return _CitySunlight(self.model, subjects, job=self.job, pieces=self.pieces)
 
     def _find_kind(self, kind: str, requirement: Any) -> "SunlightOf | Lacking":
         if kind == "windows" and self.windows is None:
@@ -134,6 +160,25 @@ class CityGathered(Gathered):
         """Return the corners of the proposal's triangles, (n, 3) [m]."""
         place = self.job.open()
         return np.asarray(find_proposal(place).vertices + place.origin)
+
+    def find_near(self, low: NDArray[np.float64], high: NDArray[np.float64]) -> Scene:
+        """Return what stands in a rectangle, with what the proposal replaces there."""
+        own = RolePlace(self.job, self.job.options)
+        shift = own.origin[:2]
+        request = look_around(own, low - shift, high - shift, has_names=True)
+        soup, gone = request.scene.triangles(), set(request.gone)
+        order = np.argsort(soup.part, kind="stable")
+        numbers, first = np.unique(soup.part[order], return_index=True)
+        parts: tuple[list[Part], list[Part]] = ([], [])
+        for k, faces in zip(numbers.tolist(), np.split(soup.faces[order], first[1:]), strict=True):
+            part = replace(request.scene.parts[k], mesh=Mesh(soup.vertices, faces))
+            parts[k in gone].append(part)
+        standing, replaced = map(tuple, parts)
+        return Scene(standing, own.origin, replaced=replaced)
+
+    def name_replaced(self) -> list[str]:
+        """Name what stands before the proposal alone."""
+        return name_city_replaced(self.job.open().catalogue, self.job.options)
 
     def _lay_out_kind(self, kind: str, asked: StudyOptions) -> Laid:
         """Lay receivers out in runs that lie together."""
@@ -158,8 +203,10 @@ def gather_city(job: CityJob, year: int, **given: Any) -> CityGathered:
         msg = "rules= of the sun need a place; give latitude and longitude with site="
         raise InputError(msg, option="rules")
     catalogue = job.open().catalogue
+    where = fill_bounds(locate_city(catalogue), catalogue.bounds)
+    sources = tuple(source for file in catalogue.files if file.path for source in file.sources)
     model = Model(
-        scene=fill_bounds(locate_city(catalogue), catalogue.bounds), site=job.site, year=year,
+        scene=replace(where, sources=sources), site=job.site, year=year,
         options=job.options, proposed=tuple(job.options.proposed),
     )  # fmt: skip
     return CityGathered(model, **given, job=job)
@@ -180,4 +227,6 @@ def judge_city(job: CityJob, rules: Sequence[Sequence[Rule]]) -> list[RuleVerdic
     gathered = gather_city(
         job, days[0].year if days else 2001, areas=options.areas, areas_on=options.areas_on
     )
-    return judge_rules(gathered, rules)
+    verdicts = judge_rules(gathered, rules)
+    gathered.pieces.drop_others()
+    return verdicts

@@ -108,6 +108,8 @@ class CityJob:
         Of a process.
     merged : tuple of (int, int)
         Objects that another file brings, too: number of the file, and of the object.
+    square : float, optional
+        Side of the squares whose named receivers are counted together [m].
     """
 
     folder: str
@@ -121,6 +123,7 @@ class CityJob:
     memory: float = 4e9
     threads: int = 1
     merged: tuple[tuple[int, int], ...] = field(default=(), repr=False)
+    square: float | None = None
 
     def tiles(self) -> list[CityTile]:
         """Return all tiles."""

@@ -14,47 +14,38 @@ import orjson
 
 from umbra.errors import InputError
 from umbra.lights import Horizon
-from umbra.machine import choose_threads
 from umbra.option_fields import list_options
-from umbra.readers.georeference import locate_bounds
-from umbra.readers.model import Crowns, FilePlace, state_site
 from umbra.scene import Scene
 from umbra.scene.grid import Grid
 from umbra.scene.named_places import Area
-from umbra.study.land import settle_land
 from umbra.study.options import StudyOptions
 from umbra.study.remarks import tell_sources
-from umbra.sun import Site, find_site
+from umbra.sun import Site
 from umbra.sun.date_words import tell_skipped
 from umbra.sun.site import tell_moved
-from umbra.tiles.city_areas import settle_areas
-from umbra.tiles.city_catalogue import Catalogue, make_catalogue
-from umbra.tiles.city_ground import CityGround, find_city_ground
-from umbra.tiles.city_layout import choose_kind, find_frame, find_merged, lay_out_lattice
+from umbra.tiles.city_catalogue import Catalogue
+from umbra.tiles.city_ground import CityGround
+from umbra.tiles.city_layout import lay_out_lattice
 from umbra.tiles.city_options import CityOptions
 from umbra.tiles.city_proposal import tell_tiled_proposal
 from umbra.tiles.count import count_window, find_needs
 from umbra.tiles.job import (
-    CATALOGUE,
     STUDY,
     CityJob,
     WorkerContext,
     make_city_period,
-    sees_whole_sky,
 )
-from umbra.tiles.matched_parts import name_city_replaced, settle_outline
-from umbra.tiles.roles import Roles
+from umbra.tiles.matched_parts import name_city_replaced
 from umbra.tiles.sealed import read_sealed, write_sealed
+from umbra.tiles.settle import locate_city, settle_city
 from umbra.tiles.store import CityStore
 from umbra.version import __version__
 
-__all__ = ["Preparation", "find_city_site", "locate_city", "prepare_city"]
+__all__ = ["Preparation", "make_plain", "prepare_city"]
 
 _FORMAT = 3  # of the folder
 _FAR = -1e9  # x of the cell that shows a study's variables [m]
 _LISTED = 50  # files that the attribute source names, and notes
-RASTER = "Raster"
-FOOTPRINTS = {"GeoJSON", "GeoPackage", "Shapefile", "GeoParquet"}
 
 
 @dataclass(frozen=True)
@@ -175,27 +166,11 @@ def prepare_city(
     InputError
         If an option, a file or the folder is wrong.
     """
-    catalogue = make_catalogue(files, folder / CATALOGUE, reading, progress, city.bytes)
-    _check_alone(catalogue, options)
-    if options.horizon is not None and sees_whole_sky(replace(options, disc=False)):
-        msg = "the exact sky and sky_blocked_by take no horizon= in tiles; leave one out"
-        raise InputError(msg, option="horizon")
-    options, remarks = settle_outline(options, locate_city(catalogue), catalogue.bounds)
-    options, placed = settle_areas(options, catalogue, locate_city(catalogue))
-    ground = find_city_ground(catalogue, options, folder / CATALOGUE)
-    kind = choose_kind(options, ground)
-    frame = find_frame(catalogue, kind, ground)
-    if not isinstance(site, Site):
-        site = find_city_site(catalogue, is_needed=options.needs_site, **(site or {}))
-    options = settle_land(options, catalogue.bounds, site)
-    merged = find_merged(catalogue)
-    Roles(catalogue, options, merged).check()
-    period = make_city_period(options, site, city.min_altitude or 0.0)
-    job = CityJob(
-        str(folder.absolute()), options, site, kind.name, frame, None, "",
-        min_altitude=city.min_altitude or 0.0, memory=city.bytes,
-        threads=choose_threads(options.threads), merged=tuple(merged),
-    )  # fmt: skip
+    job, catalogue, ground, told, kind = settle_city(
+        files, site, options, city, folder, reading, progress
+    )
+    options, frame = job.options, job.frame
+    period = make_city_period(options, job.site, city.min_altitude or 0.0)
     limit = partial(WorkerContext(job).setup.attribution.limit_tiles, days=len(period.days))
     lattice, x, y = lay_out_lattice(catalogue, kind, frame, period, options, city.tiles, limit)
     job = replace(job, lattice=lattice)
@@ -213,7 +188,7 @@ def prepare_city(
         side = dict.fromkeys(sizes, lattice.side)
         damaged += CityStore(job.store).mend(template, sizes, side, known, options.quantities)
     write_sealed(described, facts, orjson.OPT_INDENT_2)
-    return Preparation(job, catalogue, ground, damaged, (*remarks, *placed))
+    return Preparation(job, catalogue, ground, damaged, told)
 
 
 def _check_memory(job: CityJob, city: CityOptions) -> None:
@@ -232,57 +207,6 @@ def _check_memory(job: CityJob, city: CityOptions) -> None:
         raise InputError(msg, option="tiles")
 
 
-def _check_alone(catalogue: Catalogue, options: StudyOptions) -> None:
-    """Refuse files that stand on the terrain of another: each is read alone."""
-    crowns = Crowns(tuple(options.canopy))
-    terrain = next((file for file in catalogue.files if RASTER in file.kinds), None)
-    for file in catalogue.files:
-        path = Path(file.path)
-        if crowns.matches(file.layer, path):
-            msg = (
-                f"{file.path}: a canopy raster stands on the terrain of another file, and each "
-                "file of a study in tiles is read alone; leave tiles= out"
-            )
-            raise InputError(msg, option="canopy")
-        is_footprint = (
-            file.sources[0].format in FOOTPRINTS and "'base_column', '" not in file.reading
-        )
-        if terrain is not None and is_footprint:
-            msg = (
-                f"{file.path}: footprints stand on the terrain of another file ({terrain.path}), "
-                "and each file of a study in tiles is read alone; give base_column=, or leave "
-                "tiles= out"
-            )
-            raise InputError(msg, option="tiles")
-
-
-def find_city_site(catalogue: Catalogue, *, is_needed: bool = True, **given: Any) -> Site | None:
-    """
-    Find the site in the middle of a city; ``given`` are arguments of ``find_site``.
-
-    None where nothing says it and it is not needed.
-    """
-    scene = locate_city(catalogue)
-    said = [given.get("latitude"), given.get("longitude"), scene.latitude, scene.longitude]
-    if not is_needed and said == [None] * 4:
-        return None
-    # ``notes`` tell of a site far away.
-    return find_site(scene, **given, tell=lambda _told: None)
-
-
-def locate_city(catalogue: Catalogue) -> Scene:
-    """Return a scene without parts at the place that the files say."""
-    scene = Scene((), np.zeros(3), crs=catalogue.crs)
-    if catalogue.crs is not None:
-        return locate_bounds(scene, catalogue.bounds)
-    names = {"latitude", "longitude", "elevation", "is_ellipsoidal", "true_north"}
-    places = {
-        file.path: FilePlace(**{name: file.place[name] for name in names & set(file.place)})
-        for file in catalogue.files
-    }
-    return state_site(scene, places)
-
-
 def _find_template(context: WorkerContext) -> dict[str, Any]:
     """Return the variables of one cell far from everything."""
     grid = Grid(_FAR, _FAR, 1.0, 1.0, 1, 1)
@@ -293,7 +217,7 @@ def _find_template(context: WorkerContext) -> dict[str, Any]:
 def _describe_run(job: CityJob, catalogue: Catalogue, ground: CityGround) -> dict[str, Any]:
     """Return everything that decides the bytes of a result, as JSON has it."""
     options = {
-        name: repr(_make_plain(getattr(job.options, name)))
+        name: repr(make_plain(getattr(job.options, name)))
         for name, said, _ in list_options(job.options)
         if said.is_kept
     }
@@ -315,12 +239,12 @@ def _describe_run(job: CityJob, catalogue: Catalogue, ground: CityGround) -> dic
     }
 
 
-def _make_plain(value: Any) -> Any:
-    """Return an option's value with dates and clock times as text."""
+def make_plain(value: Any) -> Any:
+    """Return an option's value with dates, clock times and shapes as text."""
     if isinstance(value, dt.timedelta):
         return f"{value.total_seconds():g}s"
     if isinstance(value, (list, tuple)):
-        return tuple(map(_make_plain, value))
+        return tuple(map(make_plain, value))
     if isinstance(value, (Horizon, Area)):
         return value.plain
     return str(value) if isinstance(value, (dt.date, dt.time)) else value
@@ -347,7 +271,7 @@ def _check_same(path: Path, facts: Mapping[str, Any]) -> bool:
     if what == "options":
         name = next(key for key in now[what] if held[what].get(key) != now[what][key])
         was, wanted = (_show(str(options.get(name))) for options in (held[what], now[what]))
-        change = "" if name in {"horizon", "areas"} else f" ({was}, now {wanted})"
+        change = "" if name in {"horizon", "areas", "roads"} else f" ({was}, now {wanted})"
         what = f"another {name}={change}"
     elif what == "files":
         known = {entry[0]: entry for entry in held[what]}

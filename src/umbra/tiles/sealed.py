@@ -20,7 +20,7 @@ _SEAL = "checksum"
 _BLOCK = 1 << 24
 OWN = (
     "study.zarr", "catalogue", "tiles", "geotiff", "3dtiles", "cityjson", "city.json",
-    "failed.json",
+    "failed.json", "verdicts",
 )  # fmt: skip
 """What a run writes in its folder."""
 

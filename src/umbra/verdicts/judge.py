@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 from umbra.rules.record import Alternative, Condition, Requirement, Rule, list_conditions
 from umbra.rules.words import MEASURES
+from umbra.verdicts.asked import choose_asked, find_flat_room, tell_choice
 from umbra.verdicts.judged_receivers import Gathered, Lacking
 from umbra.verdicts.outcome import (
     FAIL,
@@ -17,11 +18,10 @@ from umbra.verdicts.outcome import (
     judge_value,
     tell_limit,
 )
-from umbra.verdicts.subjects import Subjects
 from umbra.verdicts.sunlight import SunlightOf
 from umbra.verdicts.values import measure
 
-__all__ = ["Finding", "RuleVerdict", "choose_asked", "judge_rules", "spell_out"]
+__all__ = ["Finding", "RuleVerdict", "judge_rules", "spell_out"]
 
 NO_PROPOSAL = "what stood before is not known; name the proposal's parts with proposed="
 
@@ -197,12 +197,12 @@ def _judge_requirement(
         left = len(sunlight.subjects) - len(judged)
         if left:
             notes.append(f"{left:,} of {len(sunlight.subjects):,} {sunlight.subjects.kind} are not "
-                         f"asked of ({_tell_choice(requirement)})")  # fmt: skip
+                         f"asked of ({tell_choice(requirement)})")  # fmt: skip
         outcomes = _judge_subjects(sunlight, requirement, bool(model.proposed))
         findings += _list_findings(rule, requirement, sunlight, judged, outcomes, notes)
     if not findings:
         return conclude(requirement.receivers[0], "none of these", PASS,
-                        f"the rule asks nothing of them: {_tell_choice(requirement)}")  # fmt: skip
+                        f"the rule asks nothing of them: {tell_choice(requirement)}")  # fmt: skip
     return findings
 
 
@@ -226,33 +226,6 @@ def tell_wanted(condition: Condition) -> str:
     """Describe a condition's limit where nothing is measured."""
     share = condition.share is not None or condition.ratio_to_before is not None
     return tell_limit(condition, "%" if share else MEASURES[condition.measure].unit)
-
-
-def _tell_choice(requirement: Requirement) -> str:
-    words = []
-    if requirement.facing is not None:
-        words.append("windows that face {:g} to {:g} degrees".format(*requirement.facing))
-    if requirement.rooms:
-        words.append(f"rooms {', '.join(requirement.rooms)}")
-    return " and ".join(words)
-
-
-def choose_asked(subjects: Subjects, requirement: Requirement) -> list[int]:
-    """Return the indices of the receivers that a rule asks of."""
-    chosen = list(range(len(subjects)))
-    if subjects.kind != "windows":
-        return chosen
-    if requirement.facing is not None:
-        low, high = requirement.facing
-        chosen = [k for k in chosen if low - 1e-6 <= subjects.azimuths[k] % 360 <= high + 1e-6]
-    if requirement.rooms and any(subjects.rooms):
-        chosen = [k for k in chosen if _fold(subjects.rooms[k]) in requirement.rooms]
-    return chosen
-
-
-def _fold(room: str) -> str:
-    """Return the name of a room as rules write it."""
-    return room.strip().casefold()
 
 
 Judged = list[list[Outcome]]
@@ -337,17 +310,12 @@ def _judge_all(
     by_date: list[list[_FlatRow]] = []
     flats = {flat for sunlight in sunlit for flat in sunlight.subjects.flats if flat}
     for sunlight in sunlit:
-        subjects = sunlight.subjects
         judged = _judge_subjects(sunlight, requirement, bool(proposed))
         by_date += [[] for _ in judged[len(by_date) :]]
         for rows, outcomes in zip(by_date, judged, strict=True):
             for k, outcome in enumerate(outcomes):
-                flat, room = subjects.flats[k], subjects.rooms[k]
-                if subjects.kind == "areas":
-                    flat = flat or (subjects.names[k] if subjects.names[k] in flats else "")
-                    room = room or "balcony"
-                room = _fold(room)
-                if flat and (not requirement.rooms or room in requirement.rooms):
+                flat, room = find_flat_room(sunlight.subjects, k, flats, requirement)
+                if flat:
                     rows.append((flat, room, outcome))
     return by_date
 

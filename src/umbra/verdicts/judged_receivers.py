@@ -190,6 +190,15 @@ class Gathered:
         low, high = self.model.scene.model_bounds()
         return low, high
 
+    def find_near(self, low: NDArray[np.float64], high: NDArray[np.float64]) -> Scene:
+        """Return what stands in a rectangle of the plan, or more, to be drawn there."""
+        del low, high
+        return self.model.scene
+
+    def name_replaced(self) -> list[str]:
+        """Name what stands before the proposal alone."""
+        return list(dict.fromkeys(part.name for part in self.model.scene.replaced))
+
     def find_corners(self) -> NDArray[np.float64]:
         """Return the corners of the proposal's triangles, (n, 3) [m]."""
         scene: Scene = self.model.scene

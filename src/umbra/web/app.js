@@ -31,6 +31,8 @@ import { findPlane, makeDrawn, makeHours, makeMeasure, makeSection } from "./too
 const SPARSE =
   "The objects stand far apart: the view opens where most of them are; " +
   "the button with the house shows all.";
+/** What of a state lies over the model's picture, which stays as it is. */
+const OVER = new Set(["place", "begun", "distances", "tool"]);
 const STATE_DELAY = 400; // from a change to the address [ms]
 let number = 0;
 
@@ -202,10 +204,15 @@ export class App {
     const isAway = isMoved(this.state.move);
     if (this.state.hasHours !== state.hasHours || isAway !== isMoved(state.move)) this.#layHours();
     this.sun = this.daylight.sun(this.state);
-    this.redraw();
+    this.redraw(Object.keys(changes).some((name) => !OVER.has(name)));
   }
 
-  redraw() {
+  /**
+   * Draw at the next frame.
+   * @param {boolean} [isModel] whether the model's picture changes, too, not only what lies over it
+   */
+  redraw(isModel = true) {
+    this.isStale ||= isModel;
     if (this.waits) return;
     this.waits = requestAnimationFrame((now) => {
       this.waits = 0;
@@ -217,10 +224,13 @@ export class App {
   }
 
   waits = 0;
+  isStale = true;
 
   #update() {
     const { state } = this;
-    this.stage.draw(state);
+    if (this.isStale) this.stage.draw(state);
+    else this.stage.drawSigns(state);
+    this.isStale = false;
     for (const panel of this.panels) panel.update(state);
     this.frame.update(state);
     this.notify(state);

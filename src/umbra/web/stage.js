@@ -93,8 +93,8 @@ export class Stage {
     /** The compass and the paths, which change with the date and the view. */
     this.lined = { key: "", lines: /** @type {Line[]} */ ([]) };
     this.hidden = { key: "", places: /** @type {Map<string, boolean>} */ (new Map()) };
-    this.canvas.addEventListener("focus", () => app.redraw());
-    this.canvas.addEventListener("blur", () => app.redraw());
+    this.canvas.addEventListener("focus", () => app.redraw(false));
+    this.canvas.addEventListener("blur", () => app.redraw(false));
   }
 
   get size() {
@@ -126,8 +126,7 @@ export class Stage {
     if (state.compare !== "swipe" && state.compare !== "beside") {
       renderer.setParts(app[state.compare], app.seen[state.compare]);
     }
-    const dome = new Dome(viewpoint, app.middle, app.radius, app.north);
-    renderer.lines = this.#findLines(state, dome);
+    renderer.lines = this.#findLines(state, this.#makeDome(state));
     const now = performance.now(),
       level = times ? 0 : this.quality.begin(now);
     const { samples, scale } = LEVELS[level];
@@ -139,7 +138,13 @@ export class Stage {
       : app.sunHours.find(state);
     renderer.draw();
     this.quality.watch(renderer.device.gl, level, now);
-    this.#drawSigns(state, dome, wide, high, times);
+    this.drawSigns(state, times);
+  }
+
+  /** @param {State} state */
+  #makeDome({ viewpoint }) {
+    const { middle, radius, north } = this.app;
+    return new Dome(viewpoint, middle, radius, north);
   }
 
   /** @param {State} state */
@@ -232,11 +237,13 @@ export class Stage {
   }
 
   /**
-   * @param {State} state @param {Dome} dome @param {number} wide @param {number} high
-   * @param {number} times as of `draw`
+   * Draw what lies over the model's picture: its names, places, distances, scale and legend.
+   * @param {State} state @param {number} [times] as of `draw`
    */
-  #drawSigns(state, dome, wide, high, times) {
+  drawSigns(state, times = 0) {
     const { pen, cover, app } = this,
+      { wide, high } = this.size,
+      dome = this.#makeDome(state),
       dot = times ? (window.devicePixelRatio || 1) * times : Math.min(window.devicePixelRatio || 1, 3);
     if (cover.width !== Math.round(wide * dot)) cover.width = Math.round(wide * dot);
     if (cover.height !== Math.round(high * dot)) cover.height = Math.round(high * dot);

@@ -43,7 +43,9 @@ SUN = -1
 
 OVERLAYS = ("volumes", "cases", "edges", "counts", "components", "profile", "relief")
 METHODS: dict[str, tuple[str, ...]] = {
-    device.name: device.methods.hard for device in DEVICES.values() if device.methods.soft
+    device.name: device.methods.hard
+    for device in DEVICES.values()
+    if set(METHODS_OF_SOFT) <= set(device.methods.soft)
 }
 """By device that draws all that a view may ask, soft shadows too, in the order of their choice."""
 

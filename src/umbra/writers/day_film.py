@@ -11,8 +11,10 @@ from PIL import Image, ImageDraw, ImageFont
 from umbra.errors import UmbraError
 from umbra.study import Study
 from umbra.study.preview import Moment, find_moments
+from umbra.writers.marks import find_round
 from umbra.writers.picture_content import Plan, shade_roofs
 from umbra.writers.pixels import resample
+from umbra.writers.sun_rose import paste_rose, paste_scale
 
 __all__ = ["draw_frames", "find_frames", "write_gif", "write_mp4", "write_smooth_gif"]
 
@@ -22,6 +24,8 @@ CELLS = 800
 """Cells along it at most."""
 STRIP = 44
 """Pixels above the plan, for the clock."""
+BAR = 90
+"""Longest scale bar [pixels]."""
 MOST_FRAMES = 400
 SECONDS = 0.15
 """Duration of a frame; up to 0.5 s in short films [s]."""
@@ -53,6 +57,9 @@ def draw_frames(study: Study, moments: Sequence[Moment], title: str = "") -> Ite
         enlarged = resample(values, whole)
         return np.pad(enlarged, 1, mode="edge")[1 : high + 1, 1 : wide + 1, None]
 
+    per_metre = times / side
+    metres = find_round(BAR / per_metre)
+    label = f"{metres / 1000:g} km" if metres >= 2000 else f"{metres:g} m"
     grey, coverage = map(enlarge, shade_roofs(plan, (rows, cols)))
     for moment in moments:
         masks = counter.masks(moment.direction[None]).view(np.bool_)
@@ -67,21 +74,28 @@ def draw_frames(study: Study, moments: Sequence[Moment], title: str = "") -> Ite
         pixels = np.clip(np.rint(image[::-1]), 0, 255).astype(np.uint8)
         frame.paste(Image.fromarray(pixels), (0, STRIP))
         local = moment.local
-        _letter(frame, f"{local:%H:%M}", f"{local:%Y-%m-%d} {local.tzname()}", title)
+        middle = wide - STRIP / 2 - 4, STRIP / 2 + 2
+        way = [(one.azimuth, one.altitude) for one in moments if one.local.date() == local.date()]
+        paste_rose(
+            frame, middle, 0.3 * STRIP, study.true_north, (moment.azimuth, moment.altitude), way
+        )
+        at = paste_scale(frame, (wide - 1.5 * STRIP, 0.62 * STRIP), metres * per_metre, label)
+        day = f"{local:%Y-%m-%d} {local.tzname()}"
+        _letter(frame, f"{local:%H:%M}", day, title, round(at))
         yield frame
 
 
-def _letter(frame: Image.Image, clock: str, day: str, title: str) -> None:
-    """Write the clock, the day and the title into the strip above the plan."""
+def _letter(frame: Image.Image, clock: str, day: str, title: str, end: int) -> None:
+    """Write the clock, the day and the title into the strip above the plan, up to a column."""
     pen = ImageDraw.Draw(frame)
     large, small = ImageFont.load_default(26), ImageFont.load_default(16)
     pen.text((10, 22), clock, INK, large, anchor="lm")
     at = 20 + pen.textlength(clock, large)
     pen.text((at, 24), day, QUIET, small, anchor="lm")
-    room = frame.width - at - pen.textlength(day, small) - 40
+    room = end - at - pen.textlength(day, small) - 40
     while title and pen.textlength(title, small) > room:
         title = title[:-2].rstrip("….") + "…" if len(title) > 3 else ""
-    pen.text((frame.width - 10, 24), title, QUIET, small, anchor="rm")
+    pen.text((end - 16, 24), title, QUIET, small, anchor="rm")
 
 
 def find_pace(n: int) -> float:

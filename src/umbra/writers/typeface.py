@@ -9,11 +9,12 @@ from contextlib import suppress
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
-
-from PIL import ImageFont
+from typing import TYPE_CHECKING, Any
 
 from umbra.packages import make_folder_error
+
+if TYPE_CHECKING:
+    from PIL import ImageFont
 
 __all__ = ["FACE", "find_families", "fit_caption", "load_font", "note_missing"]
 
@@ -84,8 +85,10 @@ def find_families(text: str) -> tuple[str, ...]:
     return (FACE, *dict.fromkeys(font.name for font, _ in others))
 
 
-def load_font(size: float, text: str = "") -> ImageFont.FreeTypeFont:
+def load_font(size: float, text: str = "") -> "ImageFont.FreeTypeFont":
     """Load it in a size [pixels], or the one with most of a text's letters, if it lacks some."""
+    from PIL import ImageFont  # noqa: PLC0415  (the painter's child draws)
+
     path = _find_file()
     if lacking := _find_lacking(text):
         path = next((font.fname for font, _ in _find_others(lacking | set(map(ord, text)))), path)

@@ -1,5 +1,6 @@
 """Hours weighed by the share of the sun's disc that each receiver sees, and its contacts."""
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -8,9 +9,11 @@ from numpy.typing import NDArray
 
 from umbra.lights import Lights, Period
 from umbra.rays.disc_contacts import SEEN, DiscTrack, find_contacts
+from umbra.rays.disc_marks import find_touching, mark_cut_discs
 from umbra.rays.disc_sides import NO_LAND, LandEdge, make_land_edge
-from umbra.rays.sun_disc import find_free_disc
+from umbra.rays.sun_disc import KnownDiscs, find_free_disc
 from umbra.receivers.kind import Receivers, Tile, Variables
+from umbra.scene.grid import Places
 from umbra.sky.land_curtain import find_bends
 from umbra.study.accumulators.arrays import ResultArrays
 from umbra.study.accumulators.step_masks import HourSums
@@ -53,6 +56,8 @@ class DiscHours(HourSums):
         places = run.tiles[0].places
         self._order = _order_by_place(places.points)
         self._places = places.pick(self._order)
+        self._middles = _Middles(run.tiles[0], self._places, self._order, self._land)
+        self._known = np.zeros(0, np.int64)
         self._first, self._last = (np.full((2, len(places)), _NEVER) for _ in range(2))
         super().add_sums(run, lights, progress)
         where = run.where if isinstance(run.where, tuple) else (run.where,)
@@ -71,20 +76,25 @@ class DiscHours(HourSums):
         monthly = np.zeros((len(parts.sums), len(hours)))
         directions = np.ascontiguousarray(lights.directions[:, :3])
         middles, before, after = self._find_times(lights.step)
+        self._known = np.union1d(self._known, middles)
+        begins, ends = (np.full(len(hours), -1) for _ in range(2))
         for first in range(0, len(lights), _AT_ONCE):
             batch = slice(first, first + _AT_ONCE)
             free = find_free_disc(
                 tile.tree, places.points, places.normals, directions[batch], RADIUS,
-                tile.casting.threads, self._land,
+                tile.casting.threads, self._land, self._middles.judge(directions[batch]),
             )  # fmt: skip
             hours += lights.weights[batch, 0] @ (1 - free)
             for k, hidden in enumerate(1 - free if len(monthly) else (), first):
                 monthly[parts.part[k]] += lights.weights[k, 0] * hidden
             for k, seen in enumerate(free > SEEN, first):
-                begins = seen & (self._first[1] == _NEVER)
-                self._first[:, begins] = [[before[k]], [middles[k]]]
-                self._last[:, seen] = [[after[k]], [middles[k]]]
+                np.putmask(begins, seen & (begins < 0), k)
+                np.putmask(ends, seen, k)
             progress(len(free))
+        new = (begins >= 0) & (self._first[1] == _NEVER)
+        self._first[:, new] = np.stack([before, middles])[:, begins[new]]
+        seen = ends >= 0
+        self._last[:, seen] = np.stack([after, middles])[:, ends[seen]]
         summed = np.zeros(len(places), np.float32)
         summed[self._order] = hours
         of_parts = np.zeros(monthly.shape, np.float32)
@@ -118,21 +128,36 @@ class DiscHours(HourSums):
         """
         Return when the disc appears or goes between two times of each receiver, (n,) [us].
 
-        A part of it is seen at ``lit``; what is seen at ``dark``, too, has its contact there.
+        A part of it is seen at ``lit``; what is seen at ``dark``, too, has its contact there: the
+        middles of steps are known.
         """
         times = lit.copy()
-        changed = np.flatnonzero(lit != _NEVER)
+        for end in np.setdiff1d(dark[lit != _NEVER], self._known):  # of a day, or of its hours
+            which = np.flatnonzero((dark == end) & (lit != _NEVER))
+            times[which[self._see(tile, which, end)]] = end
+        changed = np.flatnonzero((times != _NEVER) & (times != dark))
         if not len(changed):
             return times
-        pairs, which = np.unique(
-            np.stack([dark[changed], lit[changed]]), axis=1, return_inverse=True
-        )
+        darks, of_dark = np.unique(dark[changed], return_inverse=True)
+        lits, of_lit = np.unique(lit[changed], return_inverse=True)
+        pairs, which = np.unique(of_dark * len(lits) + of_lit, return_inverse=True)
+        ways = np.stack([darks[pairs // len(lits)], lits[pairs % len(lits)]])
         times[changed] = find_contacts(
             tile.tree, self._places.points[changed], self._places.normals[changed],
-            self._follow(pairs), which.ravel(), np.stack([dark[changed], lit[changed]]), RADIUS,
+            self._follow(ways), which, np.stack([dark[changed], lit[changed]]), RADIUS,
             _CLOSE, tile.casting.threads, self._land,
         )  # fmt: skip
         return times
+
+    def _see(self, tile: Tile, which: NDArray[np.intp], time: np.int64) -> NDArray[np.bool_]:
+        """Return which of some receivers see a part of the disc at a time [us]."""
+        sun, places = self._find_sun(np.array([time])), self._places.pick(which)
+        known = KnownDiscs(*(of_all[:, which] for of_all in self._middles.judge(sun)))
+        free = find_free_disc(
+            tile.tree, places.points, places.normals, sun, RADIUS, tile.casting.threads,
+            self._land, known,
+        )  # fmt: skip
+        return free[0] > SEEN
 
     def _follow(self, pairs: NDArray[np.int64]) -> DiscTrack:
         """
@@ -166,6 +191,46 @@ class DiscHours(HourSums):
             "first_contact": (laid.dims, times[0]),
             "last_contact": (laid.dims, times[1]),
         }
+
+
+class _Middles:
+    """
+    Discs that their middles tell to be free or hidden, of the places of a tile.
+
+    Parameters
+    ----------
+    tile : Tile
+    places : Places
+        Its receivers in an order.
+    order : (n,) int
+    land : LandEdge
+    """
+
+    def __init__(self, tile: Tile, places: Places, order: NDArray[np.intp], land: LandEdge) -> None:
+        self._tile, self._places, self._order = tile, places, order
+        self._counter = tile.make_counter()
+        self._highest = max(float(land.slopes.max(initial=0.0)), 0.0)
+        self._touching = find_touching(
+            tile.tree, places.points, places.normals, tile.casting.threads
+        )
+
+    def judge(self, suns: NDArray[np.float64]) -> KnownDiscs:
+        """Return what is known of the discs of suns (m, 3)."""
+        # Twice the radius clear of the horizon, and of the land's highest.
+        wide = 2 * math.tan(math.radians(RADIUS))
+        level = np.hypot(suns[:, 0], suns[:, 1])
+        is_clear = suns[:, 2] - wide > self._highest * (level + wide)
+        cut = np.ones((len(suns), len(self._places)), np.bool_)
+        hidden = np.zeros(cut.shape, np.uint8)
+        if is_clear.any():
+            above, tile = np.ascontiguousarray(suns[is_clear]), self._tile
+            masks = self._counter.masks(above).reshape(len(above), -1)
+            hidden[is_clear] = masks[:, self._order]
+            cut[is_clear] = mark_cut_discs(
+                tile.tree, tile.casting.edges, self._places.points, self._places.normals,
+                self._touching, above, RADIUS, tile.casting.threads,
+            )  # fmt: skip
+        return KnownDiscs(cut, hidden)
 
 
 def _find_land(period: Period) -> LandEdge:

@@ -19,6 +19,7 @@ from typing import Any
 
 from umbra.errors import InputError
 from umbra.packages import require
+from umbra.rules.first_format import convert
 from umbra.rules.record import Rule
 from umbra.study.options import StudyOptions
 from umbra.writers.output_formats import CITY_FORMATS, FORMATS, PLAN_FORMATS, SURFACE_FORMATS
@@ -112,11 +113,15 @@ def check_city_rules(rules: Any, options: StudyOptions) -> list[Rule]:
     if rules is None:
         return []
     if not isinstance(rules, list):
-        msg = (
-            "rules of format 1 judge the cells of one study; in tiles a rule judges areas= "
-            "(format 2, 'umbra rules' lists some); leave tiles= or rules= out"
-        )
-        raise InputError(msg, option="rules")
+        cells = [check.name for check in rules.checks if not check.places]
+        if cells:
+            msg = (
+                f"check '{cells[0]}' of format 1 judges a share of one study's cells; in tiles a "
+                "rule judges its places (where: a list of name, x, y) or areas= (format 2, 'umbra "
+                "rules' lists some); give one of these, or leave tiles= out"
+            )
+            raise InputError(msg, option="rules")
+        return [convert(rules, rules.name)]
     if options.areas is None and not any(
         "places" in one.receivers for rule in rules for one in rule.requirements
     ):

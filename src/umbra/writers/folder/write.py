@@ -13,27 +13,19 @@ from umbra.errors import InputError
 from umbra.folders.atomic import replace_file, replace_results
 from umbra.ground.level import has_terrain
 from umbra.receivers.standing import name_holders
-from umbra.study import Study, StudyOptions
+from umbra.study import Preview, Study, StudyOptions, make_preview
+from umbra.study.preview import choose_stamps
 from umbra.study.remarks import tell_long_shadows
 from umbra.study.window_table import average_windows
 from umbra.writers.folder import FolderJob, Outputs
-from umbra.writers.folder.captions import name_files
 from umbra.writers.folder.month_maps import write_month_table
 from umbra.writers.folder.named_tables import WINDOWS, write_named_tables
-from umbra.writers.folder.pictures import (
-    PictureSheets,
-    describe_points,
-    draw_pictures,
-    draw_plan_of_points,
-    draw_surfaces,
-    look_at_surfaces,
-)
 from umbra.writers.output_formats import is_usual_name
-from umbra.writers.picture_content import Plan
-from umbra.writers.typeface import note_missing
 
 if TYPE_CHECKING:
+    from umbra.writers.folder.pictures import PictureSheets
     from umbra.writers.painter import Painter
+    from umbra.writers.picture_content import Plan
     from umbra.writers.report.markup import Pin, Table
 
 __all__ = [
@@ -155,6 +147,8 @@ def draw_one(study: Study, name: str, outputs: Outputs, options: StudyOptions) -
                 study, Path(folder), outputs, options, painter, lambda _line: None, only=name
             )
             if study.kind.is_raster:
+                from umbra.writers.folder.pictures import PictureSheets, draw_pictures  # noqa: PLC0415
+
                 names = draw_pictures(job, PictureSheets.of(job))
             else:
                 names = _draw_points(job)
@@ -180,6 +174,9 @@ def fill_folder(
         if name in study.facts:
             say(f"note: {study.facts[name]}")
     if outputs.pictures or outputs.sheet:
+        from umbra.writers.folder.captions import name_files  # noqa: PLC0415
+        from umbra.writers.typeface import note_missing  # noqa: PLC0415
+
         title = "".join(filter(None, (outputs.title or name_files(job.scene), outputs.subtitle)))
         if lacking := note_missing(title, "title"):
             say(f"note: {lacking}")
@@ -195,6 +192,27 @@ def _fill_raster(job: FolderJob) -> tuple[list[str], list[str]]:
         pictures = _draw_measures(job) if outputs.pictures else []
         _tell_facts(job)
         return pictures, _write_files(job)
+    pictures, sheets, preview = _draw_raster(job)
+    _tell_facts(job)
+    if study.is_plan and job.options.extent is None and not study.model.has_end:
+        note_cut(job)
+    is_bare = study.kind.is_level and not has_terrain(job.scene)
+    if is_bare and preview.has_terrain(job.scene.bounds()):
+        job.say(
+            f"note: the model covers nearly all of its ground at z = {study.ground:.6g} m,"
+            " as a terrain or base plate does; receivers='top' shows the shadows that fall "
+            "on it"
+        )
+    return pictures, _write_files(job, None if sheets is None else sheets.plan)
+
+
+def _draw_raster(job: FolderJob) -> "tuple[list[str], PictureSheets | None, Preview]":
+    """Draw what is asked for; return the names, what pictures and pages share, and the cells."""
+    study, outputs = job.study, job.outputs
+    if not (outputs.pictures or outputs.sheet or _has_more(outputs)):
+        return [], None, make_preview(study, steps=choose_stamps(study.steps, outputs.at))
+    from umbra.writers.folder.pictures import PictureSheets, draw_pictures  # noqa: PLC0415
+
     sheets = PictureSheets.of(job)
     pictures = draw_pictures(job, sheets) if outputs.pictures else []
     pictures += _draw_measures(job, sheets.plan) if outputs.pictures else []
@@ -202,20 +220,15 @@ def _fill_raster(job: FolderJob) -> tuple[list[str], list[str]]:
         from umbra.writers.folder.elevation_sheet import draw_sheet  # noqa: PLC0415  (it loads matplotlib)
 
         pictures += draw_sheet(job, sheets.plan)
-    _tell_facts(job)
-    if study.is_plan and job.options.extent is None and not study.model.has_end:
-        note_cut(job)
-    is_bare = study.kind.is_level and not has_terrain(job.scene)
-    if is_bare and sheets.preview.has_terrain(job.scene.bounds()):
-        job.say(
-            f"note: the model covers nearly all of its ground at z = {study.ground:.6g} m,"
-            " as a terrain or base plate does; receivers='top' shows the shadows that fall "
-            "on it"
-        )
-    return pictures, _write_files(job, sheets.plan)
+    return pictures, sheets, sheets.preview
 
 
-def _draw_measures(job: FolderJob, plan: Plan | None = None) -> list[str]:
+def _has_more(outputs: Outputs) -> bool:
+    """Return whether files are asked for that are made beside the result and its pictures."""
+    return bool(outputs.report or outputs.files or outputs.rules)
+
+
+def _draw_measures(job: FolderJob, plan: "Plan | None" = None) -> list[str]:
     """Draw a map of each measure besides hours; return the names of the pictures."""
     if not any(quantity.is_drawn for quantity in job.study.quantities):
         return []
@@ -245,11 +258,21 @@ def _fill_points(job: FolderJob) -> tuple[list[str], list[str]]:
     tells_roofs = job.study.kind.name == "areas"  # with how much of each lies under them
     if job.study.samples is None and job.study.has_hours and not tells_roofs:
         _note_buried(job)
+    if not _has_more(job.outputs):
+        return pictures, _write_files(job)
+    from umbra.writers.folder.pictures import describe_points  # noqa: PLC0415
+
     return pictures, _write_files(job, describe_points(job))
 
 
 def _draw_points(job: FolderJob) -> list[str]:
     """Draw surfaces as they are seen, or points on a plan; return the names of the pictures."""
+    from umbra.writers.folder.pictures import (  # noqa: PLC0415
+        draw_plan_of_points,
+        draw_surfaces,
+        look_at_surfaces,
+    )
+
     draw_hours = draw_plan_of_points
     if job.study.kind.own_table == WINDOWS:
         job = replace(job, study=average_windows(job.study))
@@ -259,15 +282,16 @@ def _draw_points(job: FolderJob) -> list[str]:
     return names + (_draw_measures(job) if job.only is None else [])
 
 
-def _write_files(job: FolderJob, plan: Plan | None = None) -> list[str]:
+def _write_files(job: FolderJob, plan: "Plan | None" = None) -> list[str]:
     """Write the result and further files; the report needs the pictures. Return their names."""
     from umbra.writers.netcdf import write_netcdf  # noqa: PLC0415  (while pictures are drawn)
 
     study, outputs = job.study, job.outputs
     write_netcdf(job.folder / RESULT, study.variables(), study.facts, study.quantities)
     own = write_named_tables(job) + write_month_table(job)
-    if not outputs.report and not outputs.files and not outputs.rules:
+    if not _has_more(outputs):
         return own
+    from umbra.writers.folder.captions import name_files  # noqa: PLC0415
     from umbra.writers.output_formats import Job  # noqa: PLC0415
     from umbra.writers.outputs import write_formats  # noqa: PLC0415
     from umbra.writers.proof.verdict_files import write_study_verdicts  # noqa: PLC0415

@@ -7,10 +7,10 @@ import numpy as np
 
 from umbra.verdicts.outcome import FAIL, PASS, UNKNOWN
 from umbra.writers.paper import QUIET, RULE, SMALL, Paper, measure_text, wrap
-from umbra.writers.proof.drawing import COLORS
+from umbra.writers.proof.drawing import COLORS, shorten
 from umbra.writers.proof.flow import LINE
 from umbra.writers.proof.key import Key, draw_key
-from umbra.writers.proof.pen import fit
+from umbra.writers.proof.pen import fit, fit_name
 
 __all__ = ["Brief", "draw_column"]
 
@@ -88,7 +88,7 @@ def draw_column(
         y = _write_brief(paper, x, y, width, brief, title, lines, counts[k])
     y = _write_heading(paper, x, low + below, width, "Key")
     for key in keys:
-        draw_key(paper, x, y - 0.1, replace(key, words=fit(key.words, SMALL, width - 0.35)))
+        draw_key(paper, x, y - 0.1, replace(key, words=fit_name(key.words, SMALL, width - 0.35)))
         y -= _KEY
     if has_basis:
         _write_basis(paper, x, y - 0.1, width, wrapped)
@@ -160,9 +160,13 @@ def _write_rows(paper: Paper, x: float, y: float, width: float, brief: Brief, co
     values = max(measure_text(row[1], SMALL) for row in rows) + 0.12
     values = min(values, 0.5 * width)
     value_at = limit_at - limits - values
-    for row in rows:
+    names, room = [row[0] for row in brief.rows], value_at - x - 0.08
+    if any(measure_text(name, SMALL) > room for name in names[:count]):
+        own = shorten(names)  # without the words that all have
+        names = names if own == names else [f"… {name.rstrip(',;')}" for name in own]
+    for row, whole in zip(rows, names, strict=False):
         y -= _ROWS
-        name = fit(row[0], SMALL, value_at - x - 0.08)
+        name = fit_name(whole, SMALL, room)
         for at, text in ((x, name), (value_at, fit(row[1], SMALL, values - 0.06)),
                          (limit_at - limits, row[2])):  # fmt: skip
             paper.write(at, y + 0.03, text, SMALL)

@@ -21,7 +21,7 @@ from umbra.verdicts.values import measure
 
 __all__ = [
     "BOUNDARY", "COLORS", "LAND", "PROPOSAL", "REPLACED", "TINTS", "Drawing", "Line", "Spot",
-    "group_windows", "make_drawing",
+    "group_windows", "make_drawing", "shorten",
 ]  # fmt: skip
 
 COLORS = {PASS: "#2b8a6e", FAIL: "#d1431f", UNKNOWN: "#8a8a94", "": "#3f5f8a"}
@@ -165,7 +165,7 @@ def _list_rings(shapely: Any, polygon: Any) -> list[NDArray]:
 
 def group_windows(windows: Sequence[tuple[float, float, float, str, str]]) -> list[Spot]:
     """Return windows above one another as one place each, those with the worst verdict last."""
-    short = _shorten([entry[4] for entry in windows])
+    short = shorten([entry[4] for entry in windows])
     groups: dict[tuple[int, int, int], list[tuple[float, float, float, str, str]]] = {}
     for window, name in zip(windows, short, strict=True):
         entry = (*window[:4], name)
@@ -185,7 +185,7 @@ def group_windows(windows: Sequence[tuple[float, float, float, str, str]]) -> li
     return sorted(spots, key=lambda spot: _WORST[spot.verdict])
 
 
-def _shorten(names: list[str]) -> list[str]:
+def shorten(names: list[str]) -> list[str]:
     """Return names without the words that all begin, or end, with."""
     if len(names) < 2:
         return names
@@ -275,20 +275,20 @@ def _add_buildings(
 ) -> None:
     """Add outlines of the parts from above, and settle the frame."""
     model = gathered.model
-    scene, standing = model.scene.whole, len(model.scene.parts)
-    proposed = set(scene.select(model.proposed, option="proposed")) if model.proposed else set()
-    bounds = np.array([part.bounds for part in scene.parts]) + scene.origin
     if not boxes:
-        boxes += [*bounds[:, 0, :2], *bounds[:, 1, :2]]
-    if proposed:
-        proposal = bounds[sorted(proposed)]
-        boxes += [proposal[:, 0, :2].min(0), proposal[:, 1, :2].max(0)]
+        boxes += [corner[:2] for corner in gathered.find_model_bounds()]
+    if model.proposed:
+        boxes += [corner[:2] for corner in gathered.find_bounds()]
     corners = np.array(boxes)
     low, high = corners.min(0), corners.max(0)
     margin = max(_LEAST_MARGIN, _MARGIN * float((high - low).max()))
     low, high = low - margin, high + margin
     drawing.frame = (*low.tolist(), *high.tolist())
     spread = 0.6 * (high - low).max()  # a sheet is longer than the frame
+    near = gathered.find_near(low - spread, high + spread)
+    scene, standing = near.whole, len(near.parts)
+    proposed = {k for k, part in enumerate(scene.parts) if any(map(part.matches, model.proposed))}
+    bounds = np.array([part.bounds for part in scene.parts]).reshape(-1, 2, 3) + scene.origin
     meets = ((bounds[:, 1, :2] >= low - spread) & (bounds[:, 0, :2] <= high + spread)).all(1)
     labels, left = scene.labels(), _MOST_TRIANGLES
     for name in dict.fromkeys(labels[k] for k in np.flatnonzero(meets)):

@@ -21,7 +21,7 @@ from umbra.writers.proof.drawing import (
 )
 from umbra.writers.proof.labels import Labels, list_around
 
-__all__ = ["draw_plan", "find_scale", "fit"]
+__all__ = ["draw_plan", "find_scale", "fit", "fit_name"]
 
 Box = tuple[float, float, float, float]
 
@@ -41,6 +41,17 @@ def fit(text: str, size: float, room: float, weight: str = "normal") -> str:
     while len(text) > 1 and measure_text(text, size, weight) > room:
         text = text[:-2].rstrip() + "…"
     return text
+
+
+def fit_name(name: str, size: float, room: float) -> str:
+    """Cut a name in its middle to a width: long names of one list differ at their end."""
+    left = len(name)
+    text = name
+    while left > 3 and measure_text(text, size) > room:
+        left -= 1
+        begun = left // 2
+        text = f"{name[:begun].rstrip()}…{name[len(name) - left + begun :].lstrip()}"
+    return text if measure_text(text, size) <= room else fit(name, size, room)
 
 
 def find_scale(box: Box, drawing: Drawing) -> int:

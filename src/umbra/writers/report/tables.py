@@ -254,10 +254,9 @@ def _compare_group(study: Study, both: Counted) -> list[tuple[object, ...]]:
     after = study.sun_hours.astype(np.float64)
     before = after + lost
     unit, under = both.unit, float(study.facts.get("under_hours", 2.0))  # type: ignore[arg-type]
-    means = both.average(before), both.average(after)
-    rows: list[tuple[object, ...]] = [
-        ("mean sun [h]", *(round(v, 2) + 0.0 for v in (*means, means[1] - means[0])))
-    ]
+    # Of what is printed, so that before and change add up to after.
+    was, left = (round(both.average(hours), 2) + 0.0 for hours in (before, after))
+    rows: list[tuple[object, ...]] = [("mean sun [h]", was, left, round(left - was, 2) + 0.0)]
     is_one_date = len(study.period.days) == 1
     limits = (
         (f"at least {under:g} h of sun [{unit}]", lambda sun: sun >= under - _SLACK),

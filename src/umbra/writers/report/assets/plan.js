@@ -89,10 +89,16 @@ const makePlan = async () => {
     const place = { left, top, across, down }, date = fineOf(view), isLoss = view.mode === "lost";
     for (const lines of context) vectors.stroke(lines.path, place, lines.color, 0.7, dot);
     if (isLoss && newly) vectors.hatch(newly.path, place, dot);
-    if (date) vectors.levels(isLoss ? date.lostLines : date.lines, isLoss ? mostLost : date.up, place, dot, signs.halo);
+    const named = areas.list.map(({ spot: [x, y] }) => [left + x * across, top + y * down]);
+    if (date) vectors.levels(isLoss ? date.lostLines : date.lines, isLoss ? mostLost : date.up, place, dot, signs.halo, named);
     if (outlines) vectors.stroke(outlines.path, place, "rgba(85, 85, 94, 0.8)", 0.7, dot);
     if (isLoss && proposed) vectors.stroke(proposed.path, place, "#c2261d", 1.8, dot);
-    if (data.has_scale) signs.scale(across / data.dx, dot);
+    const hides = (from, to) => areas.list.some((_, k) => {  // an area at the foot of the map
+      const [x0, , x1, y1] = areas.box(k);
+      return left + x1 * across > from && left + x0 * across < to && top + y1 * down > map.height - 40 * dot;
+    });
+    const third = map.width * 0.32;
+    if (data.has_scale) signs.scale(across / data.dx, dot, hides(0, third) && !hides(map.width - third, map.width));
     if (data.is_plan) { signs.north(data.north, dot); drawSun(view, dot); }
     areas.tell(...middleOf(view.chosen));
     areas.draw(left, top, across, down, dot, signs.halo);

@@ -12,11 +12,11 @@ const makeSigns = (pen, canvas) => {
     pen.fillStyle = "#1c1c22";
     pen.fillText(text, x, y);
   };
-  const scale = (perMetre, dot) => {
+  const scale = (perMetre, dot, atRight = false) => {
     const most = canvas.width * 0.28;
     let metres = 10 ** Math.floor(Math.log10(most / perMetre));
     for (const times of [5, 2]) if (metres * times * perMetre <= most) { metres *= times; break; }
-    const x = 12 * dot, y = canvas.height - 14 * dot, w = metres * perMetre;
+    const w = metres * perMetre, x = atRight ? canvas.width - w - 12 * dot : 12 * dot, y = canvas.height - 14 * dot;
     pen.fillStyle = "#ffffff";
     pen.fillRect(x - 2 * dot, y - 2 * dot, w + 4 * dot, 8 * dot);
     pen.fillStyle = "#1c1c22";

@@ -57,9 +57,9 @@ const makeVectors = (pen, canvas) => {
     pen.stroke();
     pen.restore();
   };
-  const levels = (lines, most, place, dot, halo) => {
-    // Lines of equal hours, each with its hours once, in the middle of the longest.
-    const taken = [];
+  const levels = (lines, most, place, dot, halo, named) => {
+    // Lines of equal hours, each with its hours once, in the middle of the longest, free of names.
+    const taken = [...named];
     for (const { level, path } of lines)
       stroke(path, place, Math.abs(level) / most > 0.6 && data.show !== "sun" ? "rgba(255, 255, 255, 0.9)" : "rgba(28, 28, 34, 0.65)", 0.9, dot);
     for (const { level, longest } of lines) {
