@@ -42,7 +42,7 @@ def hold_in_turn(
     forward = camera.axes()[2]
     at = replace(camera, eye=target - forward, target=target, shift=(0.0, 0.0))
     for one in turn_camera(at, count):
-        across, above, ahead = np.stack(one.axes()) @ (points - target).T
+        across, above, ahead = np.array(one.axes()) @ (points - target).T
         need = np.maximum(np.abs(across) * rows / cols, np.abs(above))
         away = max(away, float((need / slope - ahead).max()))
         high = max(high, 2 * float(need.max()) / fill)
