@@ -152,7 +152,8 @@ class DiscHours(HourSums):
     def _see(self, tile: Tile, which: NDArray[np.intp], time: np.int64) -> NDArray[np.bool_]:
         """Return which of some receivers see a part of the disc at a time [us]."""
         sun, places = self._find_sun(np.array([time])), self._places.pick(which)
-        known = KnownDiscs(*(of_all[:, which] for of_all in self._middles.judge(sun)))
+        cut, hidden = self._middles.judge(sun)
+        known = KnownDiscs(cut[:, which], hidden[:, which])
         free = find_free_disc(
             tile.tree, places.points, places.normals, sun, RADIUS, tile.casting.threads,
             self._land, known,
