@@ -7,6 +7,8 @@ import pytest
 from support.chromium import Chromium, Page, find_chromium
 from support.skips import WANTS, find_unexpected, read_reason, tell
 
+from umbra.registry import take_notes
+
 # A shell that runs the suite in the background has it ignore Ctrl-C, and so do its
 # children; the tests of Ctrl-C need it heard, as in front of a terminal.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -21,6 +23,13 @@ def _raise_on_float_errors(request):
     how = "raise" if request.path.parent.name in _COUNTING else None
     with np.errstate(divide=how, over=how, invalid=how):
         yield
+
+
+@pytest.fixture(autouse=True)
+def _leave_no_notes():
+    """What a test's calls leave to be told is not told by the next test's command."""
+    yield
+    take_notes()
 
 
 @pytest.fixture(autouse=True, scope="session")

@@ -62,7 +62,7 @@ class Offer:
     Parameters
     ----------
     what, name : str
-        ``"measure"``, ``"openness"``.
+        Such as ``"measure"`` and its name.
     package, version : str
         Of the distribution.
     reason : str

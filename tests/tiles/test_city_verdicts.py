@@ -11,15 +11,11 @@ import pytest
 from support.cities import DAY, make_houses
 
 import umbra
-from umbra.calls.prove import read_rules_of
-from umbra.calls.prove_city import make_city_proof
-from umbra.calls.prove_options import ProofOptions
 from umbra.cli.main import main
 from umbra.errors import InputError
 from umbra.readers.window_files import read_windows
 from umbra.rules import read_rule
 from umbra.tiles import city_runs, city_verdicts
-from umbra.tiles.city_options import CityOptions
 from umbra.tiles.city_verdicts import gather_city, judge_city
 from umbra.verdicts import Gathered, Model, judge_rules
 from umbra.writers.proof.rows import list_conditions_of, list_rows, tell_verdicts
@@ -234,15 +230,3 @@ def test_a_proof_in_tiles_is_that_of_one_model_and_goes_on_where_it_ended(
     drawn = [len(re.findall(rb"<(?:path|poly|use)", b64decode(own))) for (own,) in packed]
     assert drawn[0] > 100
     assert drawn[0] == pytest.approx(drawn[1], rel=0.05)  # what two files hold is drawn once
-
-
-@pytest.mark.parametrize(
-    ("more", "option"),
-    [({"workers": 2}, "workers"), ({"min_altitude": 5.0}, "min_altitude")],
-)
-def test_a_proof_refuses_options_of_counting(city, tmp_path, more, option):
-    options = ProofOptions(rules=("zurich-abv",), areas=GARDENS)
-    asked = CityOptions(tiles=100, **more)
-    with pytest.raises(InputError) as caught:
-        make_city_proof([*map(str, city)], None, options, asked, read_rules_of(options), tmp_path)
-    assert caught.value.option == option

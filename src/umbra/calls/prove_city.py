@@ -9,9 +9,8 @@ from typing import Any
 
 from umbra.calls.prove import Proof, read_logo_of
 from umbra.calls.prove_options import ProofOptions, take_study_options
-from umbra.errors import InputError
 from umbra.rules.record import Rule
-from umbra.tiles.city_options import CityOptions
+from umbra.tiles.city_options import CityOptions, TileOptions
 from umbra.verdicts.judge import judge_rules, spell_out
 
 __all__ = ["make_city_proof"]
@@ -21,7 +20,7 @@ def make_city_proof(
     files: Sequence[str],
     site: Mapping[str, Any] | None,
     options: ProofOptions,
-    city: CityOptions,
+    tiling: TileOptions,
     rules: Sequence[Sequence[Rule]],
     folder: Path,
     reading: Mapping[str, Any] | None = None,
@@ -39,7 +38,7 @@ def make_city_proof(
     site : mapping, optional
         Arguments of ``find_site`` that override the files.
     options : ProofOptions
-    city : CityOptions
+    tiling : TileOptions
         ``tiles``: side of the squares whose receivers are counted together; ``memory``.
     rules : sequence of sequences of Rule
         The variants of each.
@@ -61,14 +60,11 @@ def make_city_proof(
     from umbra.tiles.sealed import refuse_links  # noqa: PLC0415
     from umbra.tiles.settle import locate_city, settle_city  # noqa: PLC0415
 
-    for name in ("min_altitude", "workers", "scheduler"):
-        if getattr(city, name) is not None:
-            msg = f"{name}= is of a study in tiles; a proof judges without it, so leave it out"
-            raise InputError(msg, option=name)
     refuse_links(folder)
     logo = read_logo_of(options)  # before all that takes time
     named = {name: getattr(options, name) for name in ("areas", "areas_on")}
     asked = replace(take_study_options(options), **named)
+    city = CityOptions(tiles=tiling.tiles, memory=tiling.memory)
     settled = settle_city(files, site, asked, city, folder, reading, progress)
     begin("judging")
     job = replace(settled.job, square=city.tiles)

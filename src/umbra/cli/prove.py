@@ -27,7 +27,7 @@ from umbra.cli.reading import (
 from umbra.cli.terminal import echo, echo_json, echo_path, name_reading, show_progress
 from umbra.errors import InputError, write_for_shell
 from umbra.machine import load_compiler
-from umbra.tiles.city_options import CityOptions
+from umbra.tiles.city_options import TileOptions
 
 __all__ = ["command"]
 
@@ -41,7 +41,7 @@ HEADINGS = (
 @files_argument
 @site_options
 @record_options(ProofOptions)
-@record_options(CityOptions)
+@record_options(TileOptions)
 @reading_options()
 @click.option(
     "--out", cls=HeadedOption, heading="Running", type=NewPath(), required=True, metavar="DIR",
@@ -74,14 +74,14 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
             echo(write_for_shell(line), err=True)
 
     options = take_record(ProofOptions, given)
-    city = take_record(CityOptions, given)
+    tiling = take_record(TileOptions, given)
     from umbra.calls.prove import make_proof, read_rules_of  # noqa: PLC0415
 
     rules = read_rules_of(options)
     with replace_results(out, say) as unfinished, show_progress(quiet) as stages:
         load_compiler()
-        if city.tiles is not None:
-            proof = _prove_city(files, options, city, rules, out, stages)
+        if tiling.tiles is not None:
+            proof = _prove_city(files, options, tiling, rules, out, stages)
         else:
             stages.begin(name_reading(files))
             scene = read_model(files, options.canopy)
@@ -108,7 +108,7 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
 
 
 def _prove_city(
-    files: tuple[str, ...], options: ProofOptions, city: CityOptions, rules: Any, out: Path,
+    files: tuple[str, ...], options: ProofOptions, tiling: TileOptions, rules: Any, out: Path,
     stages: Any,
 ) -> Any:  # fmt: skip
     """Judge a city's files in tiles."""
@@ -119,6 +119,6 @@ def _prove_city(
         raise InputError(msg)
     stages.begin("reading files")
     return make_city_proof(
-        files, take_site(), options, city, rules, out, take_reading(), write_for_shell,
+        files, take_site(), options, tiling, rules, out, take_reading(), write_for_shell,
         partial(stages.advance, what="reading files", unit="files"), stages.begin,
     )  # fmt: skip

@@ -9,9 +9,17 @@ from typing import Any
 
 from umbra.errors import InputError, show_value
 from umbra.machine import count_cores, find_memory, name_memory
-from umbra.option_fields import Given, Options, check_types, option, read_text, record
+from umbra.option_fields import (
+    Given,
+    Options,
+    check_types,
+    list_options,
+    option,
+    read_text,
+    record,
+)
 
-__all__ = ["CityOptions"]
+__all__ = ["CityOptions", "TileOptions"]
 
 _tiles = partial(option, heading="Tiles")
 _LENGTH = re.compile(r"\s*([0-9.]+(?:e[0-9]+)?)\s*(m|km|ft)?\s*", re.IGNORECASE)
@@ -25,9 +33,9 @@ _WORKERS_PER_CORE = 2
 
 
 @record
-class CityOptions(Options):
+class TileOptions(Options):
     """
-    Options of a study in tiles, checked and normalised; see ``umbra.city_study``.
+    Options of whatever is counted in tiles, checked and normalised.
 
     Raises
     ------
@@ -37,14 +45,44 @@ class CityOptions(Options):
 
     tiles: Given[str | float | None, Any] = _tiles(
         "any",
-        "Count a city of any size in tiles of this side, such as 1km, and write one Zarr store; "
-        "FILE may be folders and patterns.",
+        "Count a city of any size in tiles of this side, such as 1km; FILE may be folders and "
+        "patterns.",
         metavar="LENGTH",
     )  # fmt: skip
     memory: Given[str | float | None, Any] = _tiles(
         "any", "With tiles=: most memory of the run, such as 4GB; default: half the machine's.",
         metavar="SIZE", is_kept=False,
     )  # fmt: skip
+
+    def __post_init__(self) -> None:
+        check_types(self)
+        if self.tiles is not None:
+            object.__setattr__(self, "tiles", _read_length(self.tiles))
+        if self.memory is not None:
+            object.__setattr__(self, "memory", _read_memory(self.memory))
+        own = (name for name, *_ in list_options(self) if name != "tiles")
+        name = next((option for option in own if getattr(self, option) is not None), None)
+        if self.tiles is None and name is not None:
+            msg = f"{name}= is for a study in tiles; give their side, such as tiles='1km'"
+            raise InputError(msg, option=name)
+
+    @property
+    def bytes(self) -> float:
+        """Most memory of the run [byte]."""
+        return find_memory() / 2 if self.memory is None else self.memory
+
+
+@record
+class CityOptions(TileOptions):
+    """
+    Options of a study in tiles, checked and normalised; see ``umbra.city_study``.
+
+    Raises
+    ------
+    InputError
+        If a value is wrong.
+    """
+
     min_altitude: float | None = _tiles(
         "number",
         "With tiles=: leave out times when the sun is lower than this [degrees]; default: none.",
@@ -64,7 +102,7 @@ class CityOptions(Options):
     )  # fmt: skip
 
     def __post_init__(self) -> None:
-        check_types(self)
+        TileOptions.__post_init__(self)
         read_text("scheduler", self.scheduler)
         if self.workers is not None and self.scheduler is not None:
             msg = "workers= starts a cluster and scheduler= takes a running one; give one of them"
@@ -72,22 +110,8 @@ class CityOptions(Options):
         if self.min_altitude is not None and not 0 <= self.min_altitude < 90:
             msg = f"min_altitude is an angle of 0 to 90 degrees; got {self.min_altitude:g}"
             raise InputError(msg, option="min_altitude")
-        if self.tiles is not None:
-            object.__setattr__(self, "tiles", _read_length(self.tiles))
-        if self.memory is not None:
-            object.__setattr__(self, "memory", _read_memory(self.memory))
-        own = ("min_altitude", "memory", "workers", "scheduler")
-        name = next((option for option in own if getattr(self, option) is not None), None)
-        if self.tiles is None and name is not None:
-            msg = f"{name}= is for a study in tiles; give their side, such as tiles='1km'"
-            raise InputError(msg, option=name)
         if self.workers is not None:
             _check_workers(self.workers, self.bytes)
-
-    @property
-    def bytes(self) -> float:
-        """Most memory of the run [byte]."""
-        return find_memory() / 2 if self.memory is None else self.memory
 
 
 def _check_workers(workers: int, memory: float) -> None:
