@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from support.shapes import box, torus_knot
 
+from umbra.gl.request import find_request_key
 from umbra.gl.scene_renderer import SceneRenderer
 from umbra.scene import (
     Camera,
@@ -87,6 +88,27 @@ def test_what_is_kept_goes_with_the_view_the_scene_and_other_lights(device):
         assert not renderer.still.is_stored
         for _ in range(3):
             assert find_worst(draw(renderer, CAMERA, [sun]), draw_anew(device, moved, sun)) <= 1
+
+
+def test_a_move_within_bounds_that_stay_is_seen(device):
+    """The depth range of the view stays, too, so that nothing but the scene tells of the move."""
+    ends = (-24, -37, 38), (60, 60, 0)  # nearer than all else, and farther
+    corners = [Part(f"{at}", "", Mesh(*box(at, np.add(at, 0.5)))) for at in ends]
+    knot, *crates = make_still(is_plain=True).parts
+    place = make_still(moved=3.0).parts[0].transform
+    scene, moved = (
+        make_scene([part, *crates, *corners]) for part in (knot, replace(knot, transform=place))
+    )
+    sun = LIGHTS["sun"][0]
+    with SceneRenderer(scene, device=device) as renderer:
+        for _ in range(3):
+            draw(renderer, CAMERA, [sun])
+        before = renderer.projection
+        renderer.move(moved)
+        shown = draw(renderer, CAMERA, [sun])
+        assert find_request_key(renderer.projection) == find_request_key(before)
+        with SceneRenderer(moved, device=device) as fresh:
+            assert find_worst(shown, fresh.render(CAMERA, [sun])) <= 1
 
 
 def test_marks_of_smooth_surfaces_give_way_to_high_counts(device):
