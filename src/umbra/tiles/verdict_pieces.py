@@ -5,6 +5,7 @@ Each piece is a file named by all that decides it: the study, the options and th
 """
 
 import zipfile
+import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from hashlib import sha256
@@ -48,7 +49,7 @@ class VerdictPieces:
         name = f"{summed.hexdigest()}.npz"
         self._used.add(name)
         path = self.folder / PIECES / name
-        kept = _read(path)
+        kept = _read(path, len(points))
         if kept is None:
             kept = count()
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -63,10 +64,18 @@ class VerdictPieces:
                 path.unlink(missing_ok=True)
 
 
-def _read(path: Path) -> Arrays | None:
-    """Return the arrays of a file; None if there is none, or it is damaged."""
+def _read(path: Path, count: int) -> Arrays | None:
+    """
+    Return the arrays of a file; None if there is none, it is damaged, or not of so many points.
+
+    What is packed is not read: a file takes no more memory than it has bytes.
+    """
     try:
+        with zipfile.ZipFile(path) as packed:
+            if any(info.compress_type != zipfile.ZIP_STORED for info in packed.infolist()):
+                return None
         with np.load(path, allow_pickle=False) as file:
-            return dict(file)
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile):
+            kept = dict(file)
+    except (OSError, ValueError, EOFError, MemoryError, zipfile.BadZipFile, zlib.error):
         return None
+    return kept if all(values.shape[-1:] == (count,) for values in kept.values()) else None
