@@ -97,6 +97,14 @@ export class Stage {
     this.canvas.addEventListener("blur", () => app.redraw(false));
   }
 
+  /** Whether the last picture was drawn for the canvas as large as it is. */
+  get isFitted() {
+    const { wide, high } = this.size;
+    return wide === this.drawn.wide && high === this.drawn.high;
+  }
+
+  drawn = { wide: 0, high: 0 };
+
   get size() {
     return { wide: this.canvas.clientWidth || 1, high: this.canvas.clientHeight || 1 };
   }
@@ -110,6 +118,7 @@ export class Stage {
     const { app, renderer } = this,
       { wide, high } = this.size,
       { viewpoint } = state;
+    this.drawn = { wide, high };
     const near = Math.max(0.05, Math.min(viewpoint.distance / 200, 1));
     renderer.camera = { ...this.#findLens(viewpoint), target: viewpoint.target, near };
     const { altitude, direction, isBehind } = app.sun;
