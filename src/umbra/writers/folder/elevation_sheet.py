@@ -23,7 +23,13 @@ from umbra.sun.clock import Stamps, find_stamps
 from umbra.writers.edges import find_grid_appearance
 from umbra.writers.elevations import SheetContent, arrange, find_pixel_side
 from umbra.writers.folder import FolderJob
-from umbra.writers.folder.captions import Scale, choose_panels, place_elevation, tell_daylight
+from umbra.writers.folder.captions import (
+    Scale,
+    choose_panels,
+    name_picture,
+    place_elevation,
+    tell_daylight,
+)
 from umbra.writers.folder.context import add_context
 from umbra.writers.folder.foot import describe_foot, tell_every
 from umbra.writers.picture_content import DayMap, Plan
@@ -80,7 +86,10 @@ def draw_sheet(job: FolderJob, plan: Plan) -> list[str]:
         if len(plans) > 1:
             date = tell_dates(plans[k])
             clock = f"{options.start} to {options.end}"
-            own = replace(plan, date=f"{date}, {clock} · {tell_daylight(plans[k])}")
+            own = replace(
+                plan, title=name_picture(job, range(k, k + 1), job.show),
+                date=f"{clock} · {tell_daylight(plans[k])}",
+            )  # fmt: skip
             name = f"sheet_{date}.png"
         each = [("Plan", own, plans[k]), *((name, view, seen[k]) for name, view, seen in sides)]
         finer = [count_finer(one, len(each), longest=None) for _, _, one in each]
