@@ -40,7 +40,7 @@ from umbra.rays.face_tree import FaceTree
 
 __all__ = ["PatchCounter"]
 
-_SUNS = 128  # suns binned at a time
+_SUNS = 64  # suns binned at a time
 _IN_SHADOW, _IN_SUN = 1.0, 0.1
 """
 Samples for each edge near a patch up to which rays take less time than rims. After one in shadow
@@ -94,7 +94,8 @@ class PatchCounter:
         for which, first in _batch(suns):
             found = np.zeros((len(which), self.size), np.uint8)
             self._run(suns[which], first, found, (nothing, nothing))
-            masks[which[:, None], self._patches.where] = found
+            for sun, mask in zip(which, found, strict=True):
+                masks[sun, self._patches.where] = mask
         return masks
 
     def add_weights(
