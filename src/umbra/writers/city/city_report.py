@@ -166,8 +166,8 @@ def _list_losses(folder: Path) -> Table | None:
     if not rows:
         return None
     return Table(
-        "Neighbours that lose sun",
-        ("neighbour", "area that loses sun [m²]", "most hours lost [h]", "mean hours lost [h]"),
+        "Who loses sun",
+        ("neighbour", "loses sun [m²]", "most lost [h]", "mean lost [h]"),
         [
             (one["name"], round(one["area_touched"], 1), round(one["most_hours_lost"], 2),
              round(one["mean_hours_lost"], 2))

@@ -189,8 +189,9 @@ class _Drawing:
         if times > 1:
             drawn = f"drawn as means of {times} x {times} cells"
             words["note"] = " · ".join(filter(None, [words.get("note"), drawn]))
-        subtitle = f"{len(result.tiles) - len(missing):,} of {len(result.tiles):,} tiles"
+        subtitle = ""
         if missing:
+            subtitle = f"{len(result.tiles) - len(missing):,} of {len(result.tiles):,} tiles"
             names = ", ".join(str(tile.number) for tile in missing[:_FEW])
             more = f" and {len(missing) - _FEW:,} more" if len(missing) > _FEW else ""
             subtitle += f"; not counted (hatched): {names}{more}"
