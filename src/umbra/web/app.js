@@ -60,7 +60,7 @@ export class App {
     });
     /** what a first view shows: all, or where most of it stands */
     const built = findBuilt(model),
-      dense = findDense(model, this.thingOf);
+      dense = findDense(model, this.thingOf, built);
     this.box = dense ?? built;
     this.notes = [...config.notes, ...(dense ? [SPARSE] : [])];
     const [low, high] = this.box;
@@ -134,6 +134,7 @@ export class App {
       share.keys,
     );
     this.stage.renderer.ground = this.ground;
+    this.timebar.update(this.state); // it is as high now as it stays: the picture is drawn once
     this.#layHours();
     if (!opening.isLinked && config.isFramed)
       this.orbit.set(this.frameAll(this.state.viewpoint, this.box));
@@ -145,7 +146,8 @@ export class App {
     whole.addEventListener("keydown", (event) => this.#keyElsewhere(/** @type {KeyboardEvent} */ (event)), { signal });
     if (config.hasLink)
       addEventListener("hashchange", () => this.#follow(location.hash), { signal });
-    this.watch = new ResizeObserver(() => this.redraw());
+    // Its first call may tell the size that has just been drawn.
+    this.watch = new ResizeObserver(() => this.stage.isFitted || this.redraw());
     this.watch.observe(this.stage.canvas);
     this.redraw();
   }

@@ -19,7 +19,7 @@ export const makeYearPanel = (app) => {
     element = fold("The place's year", body);
   if (!site) return null;
   element.open = true;
-  element.addEventListener("toggle", () => app.redraw());
+  element.addEventListener("toggle", () => app.redraw(false));
   /** @type {{title: string, carpet: Carpet, canvas: HTMLCanvasElement, key: HTMLElement, output: HTMLElement, drawn: string}[]} */
   let shown = [];
   let made = "",
