@@ -12,7 +12,7 @@ import numpy as np
 
 from umbra.kernels import borrowing, copy_numbers, copy_rows, inner, kernel
 from umbra.sky.gather import find_azimuths
-from umbra.sky.skyline import find_highest
+from umbra.sky.skyline import find_outline, is_hidden
 
 __all__ = ["find_events", "find_spans"]
 
@@ -54,12 +54,12 @@ def find_spans(seen):
 
 
 @kernel
-def find_events(seen, normal, is_asked, skyline):
+def find_events(seen, normal, is_asked, cover):
     """
     Return the azimuths as unit vectors (n, 2), from -pi to pi, first and last the same.
 
-    ``is_asked`` (n_edges,) says which edges count besides the silhouette, ``skyline`` (BINS,) below
-    which none does.
+    ``is_asked`` (n_edges,) says which edges count besides the silhouette; those that ``cover``
+    (BINS, 6) hides do not.
     """
     n = seen.size.size
     n_edges = 0
@@ -87,7 +87,8 @@ def find_events(seen, normal, is_asked, skyline):
             a, b = seen.corners[i, k], seen.corners[i, after]
             copy_numbers(a, pair[0])
             copy_numbers(b, pair[1])
-            if find_highest(skyline, pair, 2, True) < 0.0:
+            low, high, start, end = find_outline(pair, 2)
+            if is_hidden(cover, start, end, low, high):
                 continue
             count = _add_event(events, count, a[0], a[1])
             count = _add_event(events, count, b[0], b[1])
