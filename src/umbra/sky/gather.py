@@ -14,7 +14,16 @@ from numpy.typing import NDArray
 
 from umbra.kernels import borrowing, copy_numbers, copy_rows, kernel
 from umbra.sky.occluders import is_face_hidden, raise_cover
-from umbra.sky.skyline import find_layer, find_outline, is_box_hidden, is_hidden
+from umbra.sky.skyline import (
+    BOXES,
+    FACES,
+    find_layer,
+    find_near,
+    find_outline,
+    is_box_hidden,
+    is_box_out,
+    is_hidden,
+)
 
 __all__ = ["CORNERS", "HORIZON", "PLANE", "SeenFaces", "gather_faces", "keep_above"]
 
@@ -27,7 +36,6 @@ second may lie before the plane, so that two stay and each of four sides is cut.
 """
 HORIZON, PLANE = -1, -2
 """Edges that are not of the face: on the horizon, on the receiver's plane."""
-_BLOCK = 16
 
 
 class SeenFaces(NamedTuple):
@@ -37,7 +45,8 @@ class SeenFaces(NamedTuple):
     Parameters
     ----------
     corners : (n, CORNERS, 3) float64
-        Relative to the point [m].
+        Relative to the point, so ordered that lower edges go counter-clockwise around the zenith
+        [m].
     size : (n,) int32
         Corners of each.
     edge : (n, CORNERS) int32
@@ -58,17 +67,6 @@ class SeenFaces(NamedTuple):
 
 
 @borrowing
-def _is_box_out(box, p, normal):
-    """Return whether a box lies below the horizon or behind the receiver's plane."""
-    if box[5] <= p[2]:
-        return True
-    most = 0.0
-    for k in range(3):
-        most += normal[k] * ((box[k + 3] if normal[k] > 0.0 else box[k]) - p[k])
-    return most <= 0.0
-
-
-@borrowing
 def _find_distance(corners):
     """Return a horizontal distance below which nothing of a triangle lies: that of its box."""
     square = 0.0
@@ -80,30 +78,18 @@ def _find_distance(corners):
 
 
 @kernel
-def _find_blocks(boxes, p, normal):
-    """Find the boxes (n, 6) above the horizon and before the receiver's plane, near ones first."""
-    near, blocks = np.empty(boxes.shape[0]), np.empty(boxes.shape[0], np.int32)
-    n = 0
-    for block in range(boxes.shape[0]):
-        box = boxes[block]
-        if not _is_box_out(box, p, normal):
-            x = max(box[0] - p[0], p[0] - box[3], 0.0)
-            y = max(box[1] - p[1], p[1] - box[4], 0.0)
-            near[n], blocks[n] = x * x + y * y, block
-            n += 1
-    return blocks[np.argsort(near[:n])]
-
-
-@kernel
 def gather_faces(casters, p, normal, covers, reaches, raises):
     """
     Find the faces that can cover sky before a plane.
 
     ``casters`` is a ``SkyCasters``, ``p`` the point and ``normal`` its plane's unit normal, (3,).
     Faces within one of the ``covers`` (k, BINS, 6) are left out if they are farther away than its
-    ``reaches`` (k,) [m], rising. If this ``raises`` the first, it adds to it what the faces cover.
+    ``reaches`` (k,) [m], rising. If this ``raises`` it, the faces add what they cover to the first
+    and only cover.
     """
     vertices, faces, edges, planes = casters.vertices, casters.faces, casters.edges, casters.planes
+    boxes = casters.boxes
+    is_group_hidden = False
     room = 512
     corners = np.empty((room, CORNERS, 3))
     size = np.empty(room, np.int32)
@@ -115,13 +101,20 @@ def gather_faces(casters, p, normal, covers, reaches, raises):
     arcs = np.empty((CORNERS, 4))
     level = np.array([0.0, 0.0, 1.0])
     n = 0
-    for block in _find_blocks(casters.boxes, p, normal):
-        if is_box_hidden(covers, reaches, casters.boxes[block], p):
+    groups = find_near(casters.box_boxes, p, normal)
+    for which in range(groups.size * BOXES):
+        group, member = groups[which // BOXES], which % BOXES
+        block = group * BOXES + member
+        if member == 0:
+            is_group_hidden = is_box_hidden(covers, reaches, casters.box_boxes[group], p)
+        if is_group_hidden or block >= boxes.shape[0]:
             continue
-        if n + _BLOCK > room:
+        if is_box_out(boxes[block], p, normal) or is_box_hidden(covers, reaches, boxes[block], p):
+            continue
+        if n + FACES > room:
             room *= 2
             corners, size, edge, face, bounds = _grow(corners, size, edge, face, bounds, n)
-        for f in range(block * _BLOCK, min(faces.shape[0], (block + 1) * _BLOCK)):
+        for f in range(block * FACES, min(faces.shape[0], (block + 1) * FACES)):
             highest = nearest = -np.inf
             lowest = farthest = np.inf
             first = faces[f, 0]
@@ -130,7 +123,7 @@ def gather_faces(casters, p, normal, covers, reaches, raises):
                 height += planes[f, j] * (vertices[first, j] - p[j])
             if abs(height) <= planes[f, 3]:
                 continue
-            # Corners counter-clockwise as the point sees them.
+            # In the order in which lower edges go counter-clockwise around the zenith.
             for k in range(3):
                 c = k if height > 0.0 else 2 - k
                 ahead = 0.0
@@ -143,7 +136,7 @@ def gather_faces(casters, p, normal, covers, reaches, raises):
             if highest <= 0.0 or nearest <= 0.0:
                 continue
             low, high, start, end = find_outline(polygon, 3)
-            layer = find_layer(reaches, _find_distance(polygon)) if reaches.size > 1 else 0
+            layer = 0 if raises else find_layer(reaches, _find_distance(polygon))
             if layer >= 0 and is_hidden(covers[layer], start, end, low, high):
                 continue
             m = 3
@@ -172,8 +165,9 @@ def gather_faces(casters, p, normal, covers, reaches, raises):
 def _grow(corners, size, edge, face, bounds, n):
     """Double the room of faces."""
     room = 2 * size.size
-    more, sizes, keys = np.empty((room, CORNERS, 3)), np.empty(room, np.int32), np.empty((room, CORNERS), np.int32)
-    numbers, outlines = np.empty(room, np.int32), np.empty((room, 4))
+    more, keys = np.empty((room, CORNERS, 3)), np.empty((room, CORNERS), np.int32)
+    sizes, numbers = np.empty(room, np.int32), np.empty(room, np.int32)
+    outlines = np.empty((room, 4))
     for i in range(n):
         copy_rows(corners[i], more[i])
         copy_numbers(edge[i], keys[i])
@@ -230,33 +224,3 @@ def _cut(points, keys, n, normal, key, clipped, names):
             names[m] = key if here > 0.0 else keys[k]
             m += 1
     return m
-
-
-@borrowing
-def find_azimuths(corners, n):
-    """
-    Return the range of azimuths of a convex polygon above the horizon [radians].
-
-    The first is within a turn of 0, the second at most half a turn more; a whole turn for one that
-    holds the zenith, or may.
-    """
-    x = y = 0.0
-    lowest = np.inf
-    highest = -np.inf
-    scale = 0.0
-    for k in range(n):
-        after = k + 1 if k + 1 < n else 0
-        turn = corners[k, 0] * corners[after, 1] - corners[k, 1] * corners[after, 0]
-        lowest, highest = min(lowest, turn), max(highest, turn)
-        x, y = x + corners[k, 0], y + corners[k, 1]
-        scale = max(scale, abs(corners[k, 0]), abs(corners[k, 1]))
-    margin = 1e-12 * scale * scale
-    if lowest >= -margin or highest <= margin:
-        return -math.pi, math.pi
-    middle = math.atan2(y, x)
-    least = most = 0.0
-    for k in range(n):
-        turn = x * corners[k, 1] - y * corners[k, 0]
-        angle = math.atan2(turn, x * corners[k, 0] + y * corners[k, 1])
-        least, most = min(least, angle), max(most, angle)
-    return middle + least - 1e-9, middle + most + 1e-9

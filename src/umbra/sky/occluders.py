@@ -9,8 +9,8 @@ below what covers it, at both sides.
 
 import math
 
-from umbra.kernels import borrowing
-from umbra.sky.skyline import BINS, CLEAR, add_interval, find_cover, is_hidden, look_along
+from umbra.kernels import borrowing, inlined
+from umbra.sky.skyline import BINS, CLEAR, add_interval, is_hidden, look_along
 
 __all__ = ["is_face_hidden", "raise_cover"]
 
@@ -18,16 +18,17 @@ _NARROW = 1e-6  # sine of the angle of an edge whose arc is known to within CLEA
 _UPRIGHT = 1e-5  # of the azimuth that an edge spans: those are at a face's ends,
 _ENDS = 0.02  # this part of a bin [bins]
 _CLEAR = 2.0 * CLEAR  # more than the sweep takes off
+_MIDDLE = 0.5
 _MEET = 1e-7  # of a bin: how near to a side is at it
 
 
-@borrowing
+@inlined
 def _find_arcs(corners, n, arcs):
     """
-    Find the arcs of a face's edges, (CORNERS, 4): -1 lower, 1 upper; x, y.
+    Find the arcs of a face's edges, (CORNERS, 4): -1 lower or 1 upper, x, y, room for a tangent.
 
     The tangent of its altitude toward d is x d_x + y d_y. Returns how many there are, or -1 if
-    rounding may matter. The face's corners go counter-clockwise
+    rounding may matter. ``corners`` are ordered as those of ``SeenFaces``.
     """
     count = 0
     for k in range(n):
@@ -46,10 +47,10 @@ def _find_arcs(corners, n, arcs):
     return count
 
 
-@borrowing
+@inlined
 def _cut(arcs, count, column):
     """Return what a face covers of the meridian at a bin's first side."""
-    dx, dy = look_along(column & (BINS - 1))
+    dx, dy = look_along(column)
     low, high = -math.inf, math.inf
     for e in range(count):
         slope = arcs[e, 1] * dx + arcs[e, 2] * dy
@@ -65,8 +66,8 @@ def raise_cover(corners, n, start, end, highest, arcs, cover):
     """
     Add a face to what is known to be covered, (BINS, 6), see ``make_cover``.
 
-    Parameters are its corners, counter-clockwise, what ``find_outline`` says of it, and room for
-    its arcs, (CORNERS, 4).
+    Parameters are its corners, ordered as in ``SeenFaces``, what ``find_outline`` says of it, and
+    room for its arcs, (CORNERS, 4).
     """
     if highest == math.inf:
         return
@@ -97,7 +98,8 @@ def is_face_hidden(cover, corners, n, bounds, arcs):
     """
     Return whether a face is hidden in what is known to be covered, (BINS, 6).
 
-    Parameters are its corners, counter-clockwise, (4,) of ``find_outline``, and room for its arcs.
+    Parameters are its corners, ordered as in ``SeenFaces``, (4,) of ``find_outline``, and room for
+    its arcs, (CORNERS, 4).
     """
     low, high, start, end = bounds[0], bounds[1], bounds[2], bounds[3]
     if is_hidden(cover, start, end, low, high):
@@ -109,27 +111,27 @@ def is_face_hidden(cover, corners, n, bounds, arcs):
         return False
     is_known = False
     for column in range(math.floor(start - _MEET), math.floor(end + _MEET) + 1):
-        row = cover[column & (BINS - 1)]
-        top, from_, to = find_cover(row)
-        if high < top or (low > from_ and high < to):
+        if is_hidden(cover, column + _MIDDLE, column + _MIDDLE, low, high):
             is_known = False
             continue
+        row = cover[column & (BINS - 1)]
         if not is_known:
-            dx, dy = look_along(column & (BINS - 1))
+            dx, dy = look_along(column)
             for e in range(count):
                 arcs[e, 3] = arcs[e, 1] * dx + arcs[e, 2] * dy
         is_known = True
-        dx, dy = look_along((column + 1) & (BINS - 1))
+        dx, dy = look_along(column + 1)
         is_below = is_above = is_within = False
         for e in range(count):
             slope, next_slope = arcs[e, 3], arcs[e, 1] * dx + arcs[e, 2] * dy
             arcs[e, 3] = next_slope
+            margin = _CLEAR * (1.0 + abs(slope)), _CLEAR * (1.0 + abs(next_slope))
             if arcs[e, 0] > 0.0:
-                slope, next_slope = slope * (1.0 + _CLEAR) + _CLEAR, next_slope * (1.0 + _CLEAR) + _CLEAR
+                slope, next_slope = slope + margin[0], next_slope + margin[1]
                 is_below |= slope < row[0] and next_slope < row[1]
                 is_within |= slope < row[4] and next_slope < row[5]
             else:
-                slope, next_slope = slope * (1.0 - _CLEAR) - _CLEAR, next_slope * (1.0 - _CLEAR) - _CLEAR
+                slope, next_slope = slope - margin[0], next_slope - margin[1]
                 is_above |= slope > row[2] and next_slope > row[3]
         if not (is_below or (is_within and is_above)):
             return False

@@ -14,20 +14,22 @@ sides of a bin, by one arc each, holds between them; and an arc is lowest at one
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from umbra.kernels import borrowing, inlined, kernel
 
 __all__ = [
-    "BINS", "CLEAR", "STRIPS", "add_interval", "find_bin", "find_cover", "find_cover_along", "find_layer", "find_outline",
-    "is_box_hidden", "is_hidden", "look_along", "make_cover", "make_covers",
+    "BINS", "BOXES", "CLEAR", "FACES", "STRIPS", "add_interval", "find_bin", "find_cover_along",
+    "find_layer", "find_near", "find_outline", "find_turn", "is_box_hidden", "is_box_out",
+    "is_hidden", "look_along", "make_cover", "make_covers",
 ]  # fmt: skip
 
 BINS = 1024
 """Bins of the turn."""
 CLEAR = 1e-9
 """What is hidden lies this far within what covers it, as a share and as a tangent, for rounding."""
-STRIPS = 16
-"""Strips that one box bounds."""
+FACES, STRIPS, BOXES = 8, 4, 8
+"""Faces, and strips of walls, that one box bounds; and boxes that one box of boxes does."""
 _QUARTER = BINS // 4
 _CURVED = 1.00001  # how far an arc rises above its ends within a bin
 _MEET = 1e-7  # of a bin: how near to a side is at it
@@ -45,19 +47,28 @@ def find_bin(x, y):
     return _QUARTER * (1.0 - share if y >= 0.0 else 3.0 + share)
 
 
+def _find_sides() -> NDArray[np.float64]:
+    """Return the unit directions of the bins' first sides, (BINS, 2), see ``find_bin``."""
+    share = np.arange(BINS) % _QUARTER / _QUARTER
+    x, y = (1.0 - share) / np.hypot(1.0 - share, share), share / np.hypot(1.0 - share, share)
+    quarter = np.arange(BINS) // _QUARTER
+    return np.column_stack([np.choose(quarter, [x, -y, -x, y]), np.choose(quarter, [y, x, -y, -x])])
+
+
+_SIDES = _find_sides()
+
+
+@inlined
+def find_turn(x, y):
+    """Return the place of a direction in the turn from azimuth -pi to pi, 0 to ``BINS``."""
+    return find_bin(-x, -y)
+
+
 @inlined
 def look_along(column):
-    """Return the unit direction of a bin's first side."""
-    quarter, rest = column // _QUARTER, (column % _QUARTER) / _QUARTER
-    x, y = 1.0 - rest, rest
-    if quarter == 1:
-        x, y = -rest, 1.0 - rest
-    elif quarter == 2:
-        x, y = rest - 1.0, -rest
-    elif quarter == 3:
-        x, y = rest, rest - 1.0
-    length = math.sqrt(x * x + y * y)
-    return x / length, y / length
+    """Return the unit direction of a bin's first side; columns go on round the turn."""
+    b = column & (BINS - 1)
+    return _SIDES[b, 0], _SIDES[b, 1]
 
 
 @kernel
@@ -83,31 +94,30 @@ def make_covers(n):
 
 
 @inlined
-def find_cover(row):
-    """Return what a bin (6,) surely hides: up to a tangent, and from one to another."""
-    top = min(row[0], row[1]) * (1.0 - CLEAR) - CLEAR
-    low = max(row[2], row[3]) * (_CURVED + CLEAR) + CLEAR
-    high = min(row[4], row[5]) * (1.0 - CLEAR) - CLEAR
-    return (top, low, high) if low < high else (top, math.inf, -math.inf)
-
-
-@borrowing
 def is_hidden(cover, start, end, low, high):
     """Return whether all bins between two places hide what lies between two tangents."""
     for column in range(math.floor(start - _MEET), math.floor(end + _MEET) + 1):
-        top, from_, to = find_cover(cover[column & (BINS - 1)])
-        if high >= top and (low <= from_ or high >= to):
+        row = cover[column & (BINS - 1)]
+        if high < min(row[0], row[1]) * (1.0 - CLEAR) - CLEAR:
+            continue
+        if high >= min(row[4], row[5]) * (1.0 - CLEAR) - CLEAR:
+            return False
+        if low <= max(row[2], row[3]) * (_CURVED + CLEAR) + CLEAR:
             return False
     return True
 
 
 @inlined
 def find_cover_along(cover, x, y):
-    """Return what a cover (BINS, 6) hides on the meridian toward (x, y), as ``find_cover``."""
+    """
+    Return what a cover (BINS, 6) surely hides on the meridian toward (x, y).
+
+    Tangents: up to one from the horizon on, and from another to a third.
+    """
     b = int(find_bin(x, y)) & (BINS - 1)
     row = cover[b]
     ax, ay = look_along(b)
-    bx, by = look_along((b + 1) & (BINS - 1))
+    bx, by = look_along(b + 1)
     turn = ax * by - ay * bx
     first, second = (x * by - y * bx) / turn, (ax * y - ay * x) / turn
     top = (first * row[0] + second * row[1]) * (1.0 - CLEAR) - CLEAR
@@ -118,13 +128,13 @@ def find_cover_along(cover, x, y):
     return (top, low, high) if low < high else (top, math.inf, -math.inf)
 
 
-@borrowing
+@inlined
 def add_interval(row, low, next_low, high, next_high, replaces):
     """
     Add an interval of altitude to what covers a bin (6,), given by arcs at both of its sides.
 
-    What is known of the interval above is lost for a larger one only if this ``replaces`` it: not
-    once anything has been left out for it.
+    It is united with one that it touches. Of two that it cannot be, the larger stays if this
+    ``replaces`` the other, else the first: nothing may have been left out for what goes.
     """
     if not (high >= low and next_high >= next_low):
         return
@@ -171,7 +181,7 @@ def _raise_top(row, high, next_high):
         row[0], row[1] = high, next_high
 
 
-@borrowing
+@inlined
 def find_outline(corners, n):
     """
     Bound a convex polygon as seen from the origin, given by ``n`` corners above the horizon.
@@ -242,3 +252,29 @@ def is_box_hidden(covers, reaches, box, p):
     far = math.sqrt(far_x * far_x + far_y * far_y)
     low, high = (box[2] - p[2]) / far, (box[5] - p[2]) / near
     return is_hidden(covers[layer], start, end, low, high)
+
+
+@inlined
+def is_box_out(box, p, normal):
+    """Return whether a box (6,) lies below a point's horizon or behind its plane."""
+    if box[5] <= p[2]:
+        return True
+    most = 0.0
+    for k in range(3):
+        most += normal[k] * ((box[k + 3] if normal[k] > 0.0 else box[k]) - p[k])
+    return most <= 0.0
+
+
+@kernel
+def find_near(boxes, p, normal):
+    """Find the boxes (n, 6) above a point's horizon and before its plane, near ones first."""
+    near, which = np.empty(boxes.shape[0]), np.empty(boxes.shape[0], np.int32)
+    n = 0
+    for k in range(boxes.shape[0]):
+        box = boxes[k]
+        if not is_box_out(box, p, normal):
+            x = max(box[0] - p[0], p[0] - box[3], 0.0)
+            y = max(box[1] - p[1], p[1] - box[4], 0.0)
+            near[n], which[n] = x * x + y * y, k
+            n += 1
+    return which[np.argsort(near[:n])]

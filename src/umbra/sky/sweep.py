@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from umbra.kernels import borrowing, copy_numbers, copy_rows, kernel
 from umbra.sky.gather import HORIZON, PLANE
 from umbra.sky.meridians import ZENITH, cut_edge, cut_face, cut_plane, find_slope
-from umbra.sky.skyline import find_cover_along
+from umbra.sky.skyline import find_cover_along, find_turn
 from umbra.sky.tensors import add_arc
 
 __all__ = ["Pieces", "find_pieces", "integrate", "place_bound"]
@@ -89,14 +89,13 @@ def find_pieces(seen, normal, events, spans, owner, cover):
     low_code[n_faces] = high_code[n_faces] = PLANE
     lead, now = np.empty(_LEADS, np.int32), np.empty(_LEADS, np.int32)
     n_active = n_lead = waiting = 0
-    angle = -math.pi
     for s in range(events.shape[0] - 1):
         ax, ay, bx, by = events[s, 0], events[s, 1], events[s + 1, 0], events[s + 1, 1]
         dx, dy = ax + bx, ay + by
         length = math.hypot(dx, dy)
         dx, dy = dx / length, dy / length
-        angle = math.atan2(dy, dx)
-        while waiting < n_spans and spans[waiting, 0] <= angle:
+        place = find_turn(dx, dy)
+        while waiting < n_spans and spans[waiting, 0] <= place:
             active[n_active] = waiting
             n_active += 1
             waiting += 1
@@ -113,7 +112,7 @@ def find_pieces(seen, normal, events, spans, owner, cover):
                 i = lead[q]
             else:
                 span = active[q - n_lead]
-                if spans[span, 1] < angle:
+                if spans[span, 1] < place:
                     continue
                 active[n_left] = span
                 n_left += 1

@@ -100,7 +100,7 @@ def measure_sky(
 @kernel
 def find_seen(casters, p, normal):
     """Find the faces that a point sees or may see, (``SeenFaces``); hidden ones may be left out."""
-    covers, reaches = find_wall_covers(casters.strips, casters.strip_boxes, p, _NEAREST)
+    covers, reaches = find_wall_covers(casters, p, normal, _NEAREST)
     return gather_faces(casters, p, normal, covers, reaches, False)
 
 
@@ -108,7 +108,7 @@ def find_seen(casters, p, normal):
 def trace_free_sky(casters, p, normal):
     """Find the pieces of the free upper sky before a plane through a point, and its faces."""
     covers, reaches = make_covers(1), np.zeros(1)
-    cover_by_walls(casters.strips, casters.strip_boxes, p, np.inf, covers)
+    cover_by_walls(casters, p, normal, np.inf, covers)
     seen = gather_faces(casters, p, normal, covers, reaches, True)
     seen = keep_above(seen, covers[0])
     events = find_events(seen, normal, np.zeros(casters.n_edges, np.bool_), covers[0])

@@ -4,13 +4,16 @@ import math
 
 import numpy as np
 
-from umbra.kernels import borrowing, kernel
+from umbra.kernels import borrowing, inlined, kernel
 from umbra.sky.skyline import (
     BINS,
+    BOXES,
     STRIPS,
     add_interval,
     find_bin,
+    find_near,
     is_box_hidden,
+    is_box_out,
     look_along,
     make_covers,
 )
@@ -24,12 +27,13 @@ _NARROW = 1e-6  # sine of the angle of an edge whose arc is known to within CLEA
 
 
 @kernel
-def find_wall_covers(strips, boxes, p, nearest):
+def find_wall_covers(casters, p, normal, nearest):
     """
     Find what walls nearer than some distances cover, ``nearest`` and its doubles.
 
     Returns the covers, (n, BINS, 6), and the distances (n,) [m].
     """
+    boxes = casters.strip_box_boxes
     far = nearest
     for b in range(boxes.shape[0]):
         for k in range(2):
@@ -38,26 +42,24 @@ def find_wall_covers(strips, boxes, p, nearest):
     covers, reaches = make_covers(n), np.zeros(n)
     for k in range(n):
         reaches[k] = nearest * 2.0**k
-        cover_by_walls(strips, boxes, p, reaches[k], covers[k : k + 1])
+        cover_by_walls(casters, p, normal, reaches[k], covers[k : k + 1])
     return covers, reaches
 
 
 @kernel
-def cover_by_walls(strips, boxes, p, farthest, covers):
+def cover_by_walls(casters, p, normal, farthest, covers):
     """
-    Add what walls cover to a cover (1, BINS, 6).
+    Add what walls cover before a plane to a cover.
 
     Parameters
     ----------
-    strips : (n, 8) float64
-        From ``find_strips``.
-    boxes : (m, 6) float64
-        Around each ``STRIPS`` of them.
-    p : (3,) float64
+    casters : SkyCasters
+    p, normal : (3,) float64
+        The point, and its plane's normal.
     farthest : float
-        Only strips within this horizontal distance [m].
+        Only walls within this horizontal distance, by boxes of their strips [m].
     covers : (1, BINS, 6) float64
-        See ``make_cover``.
+        See ``make_covers``.
     """
     always = np.zeros(1)
     # Of each bin what covers it from its first side to a place, and from a place to its last side:
@@ -66,25 +68,23 @@ def cover_by_walls(strips, boxes, p, farthest, covers):
     for b in range(BINS):
         parts[b, 1, 0] = 1.0
         parts[b, 0, 2] = parts[b, 1, 2] = _TALLEST
-    distance, near = np.empty(boxes.shape[0]), np.empty(boxes.shape[0], np.int32)
-    n = 0
-    for b in range(boxes.shape[0]):
-        if boxes[b, 5] <= p[2]:
+    boxes = casters.strip_boxes
+    for group in find_near(casters.strip_box_boxes, p, normal):
+        around = casters.strip_box_boxes[group]
+        if _is_far(around, p, farthest) or is_box_hidden(covers, always, around, p):
             continue
-        far_x = max(abs(boxes[b, 0] - p[0]), abs(boxes[b, 3] - p[0]))
-        far_y = max(abs(boxes[b, 1] - p[1]), abs(boxes[b, 4] - p[1]))
-        if far_x * far_x + far_y * far_y > farthest * farthest:
-            continue
-        x = max(boxes[b, 0] - p[0], p[0] - boxes[b, 3], 0.0)
-        y = max(boxes[b, 1] - p[1], p[1] - boxes[b, 4], 0.0)
-        distance[n], near[n] = x * x + y * y, b
-        n += 1
-    for k in np.argsort(distance[:n]):
-        b = near[k]
-        if is_box_hidden(covers, always, boxes[b], p):
-            continue
-        for s in range(b * STRIPS, min(strips.shape[0], (b + 1) * STRIPS)):
-            _add_strip(strips[s], p, covers[0], parts)
+        for b in range(group * BOXES, min(boxes.shape[0], (group + 1) * BOXES)):
+            if is_box_out(boxes[b], p, normal) or is_box_hidden(covers, always, boxes[b], p):
+                continue
+            for s in range(b * STRIPS, min(casters.strips.shape[0], (b + 1) * STRIPS)):
+                _add_strip(casters.strips[s], p, covers[0], parts)
+
+
+@inlined
+def _is_far(box, p, farthest):
+    """Return whether some of a box (6,) is farther from a point than a distance, horizontally."""
+    far_x, far_y = max(p[0] - box[0], box[3] - p[0]), max(p[1] - box[1], box[4] - p[1])
+    return far_x * far_x + far_y * far_y > farthest * farthest
 
 
 @borrowing
@@ -96,10 +96,10 @@ def _add_strip(strip, p, cover, parts):
     if az <= level and bz <= level:
         return
     turn = ax * by - ay * bx
-    if abs(turn) <= strip[7] * math.hypot(bx - ax, by - ay):
-        return
     if turn < 0.0:
         ax, ay, az, bx, by, bz, turn = bx, by, bz, ax, ay, az, -turn
+    if turn <= strip[7] * math.sqrt((bx - ax) * (bx - ax) + (by - ay) * (by - ay)):
+        return
     start, end = find_bin(ax, ay), find_bin(bx, by)
     if end < start:
         end += BINS
@@ -115,7 +115,7 @@ def _add_strip(strip, p, cover, parts):
     before_top, before_low = az / size_a, level / size_a
     for column in range(first, last + 2):
         if column <= last:
-            dx, dy = look_along(column & (BINS - 1))
+            dx, dy = look_along(column)
             top, low = top_x * dx + top_y * dy, low_x * dx + low_y * dy
         else:
             top, low = bz / size_b, level / size_b
