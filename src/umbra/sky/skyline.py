@@ -6,9 +6,10 @@ bin: one from the horizon on, and one above it, such as of houses on a hill, whi
 their ground is no part of the model. What lies within one of them in all its bins is left out of
 the sweep, which starts with both.
 
-Altitudes are given by their tangents. An edge, an arc of a great circle, has A cos(azimuth - B)
-there: concave above the horizon, and two of them differ by a sinusoid, too. So what holds at both
-sides of a bin, by one arc each, holds between them; and an arc is lowest at one of them.
+Altitudes are given by their tangents. An edge, an arc of a great circle in the plane n . w = 0, has
+-(n_x d_x + n_y d_y) / n_z toward the level unit vector d, which is A cos(azimuth - B): concave
+above the horizon, and two of them differ by a sinusoid, too. So what holds at both sides of a bin,
+by one arc each, holds between them; and an arc is lowest at one of them.
 """
 
 import math
