@@ -3,8 +3,8 @@
 // Data flows one way: a control or a gesture sets the state; a frame later the picture and the
 // controls are brought to it.
 
-import { nameZone, tellMinutes } from "./clock.js";
-import { Daylight } from "./daylight.js";
+import { nameZone, tellDate, tellMinutes } from "./clock.js";
+import { Daylight, tellSun } from "./daylight.js";
 import { fill } from "./dom.js";
 import { makeFrame } from "./frame.js";
 import { layHours } from "./hours.js";
@@ -338,7 +338,7 @@ export class App {
     const { state, sun, config } = this,
       { site } = this.daylight;
     const when = site
-      ? `${state.date} ${tellMinutes(state.minutes)} ${nameZone(site.zone, this.daylight.instant(state))}`
+      ? `${tellDate(state.date)}, ${tellMinutes(state.minutes)} ${nameZone(site.zone, this.daylight.instant(state))}`
       : "";
     const hours = state.hasSunHours && describeHours(this);
     return [
@@ -346,7 +346,7 @@ export class App {
       tellMove(this.proposal),
       ...(hours
         ? [`${hours.title}, ${hours.when}`]
-        : [when, `sun ${sun.altitude.toFixed(1)}° high, azimuth ${sun.azimuth.toFixed(1)}°`]),
+        : [when, tellSun(sun)]),
       "umbra",
     ]
       .filter(Boolean)

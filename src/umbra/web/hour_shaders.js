@@ -83,7 +83,7 @@ vec3 findHours() {
   if (sum.g < 0.5) sum = texture(sums, at + vec2(step.x, 0.0));
   if (sum.g < 0.5) sum = texture(sums, at + vec2(-step.x, 0.0));
   if (sum.g < 0.5) sum = texture(sums, at + vec2(0.0, step.y));
-  float lit = sum.r * 255.0;
+  float lit = 255.0 * sum.r / max(sum.g, 0.5); // of a coarse sum between pixels, some may show none
   float last = float(textureSize(ramp, 0).x - 1);
   // The first colour is that of no instant at all.
   float color = lit < 0.5 ? 0.0 : 1.0 + min(lit / most, 1.0) * (last - 1.0);

@@ -56,6 +56,8 @@ export class SunMasks {
     gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGBA8, Math.max(width, 1), Math.max(height, 1));
     for (const which of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER])
       gl.texParameteri(gl.TEXTURE_2D, which, this.filter);
+    for (const which of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T])
+      gl.texParameteri(gl.TEXTURE_2D, which, gl.CLAMP_TO_EDGE);
     gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, texture, 0);
     const kind = gl.DEPTH_STENCIL_ATTACHMENT;
