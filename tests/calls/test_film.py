@@ -47,7 +47,7 @@ def test_the_sun_goes_from_one_time_to_another(camera):
     shots = plan_shots(options, camera, [], (VIENNA, "2026-03-21", "09:00"))
     for shot, clock in zip(shots, range(9, 18), strict=True):
         assert shot.camera is camera
-        assert shot.caption == f"2026-03-21 {clock:02}:00 CET"
+        assert shot.caption == f"21 March 2026, {clock:02}:00 CET"
         wanted = umbra.sun_light(VIENNA, "2026-03-21", f"{clock:02}:00").position
         assert np.allclose(shot.lights[0].position, wanted)
         azimuth, altitude = np.radians(shot.sun)

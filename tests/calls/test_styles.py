@@ -18,10 +18,12 @@ from umbra.calls.openness import (
 )
 from umbra.calls.picture import draw_picture
 from umbra.calls.picture_options import RenderOptions
+from umbra.cpu.shade import encode_srgb
 from umbra.devices import find_device
 from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
 from umbra.scene import Material, Mesh, Part, make_scene
-from umbra.scene.camera import HORIZON, fit_camera
+from umbra.scene.camera import HORIZON, find_exposure, fit_camera
+from umbra.scene.pale import PAPER, STUDIO, TABLE, expose_suns
 from umbra.writers.typeface import note_missing
 
 SIZE = (80, 60)
@@ -344,7 +346,7 @@ def test_a_drawing_of_lamps_alone_has_the_sky_of_the_picture():
     assert day > 180
 
 
-@pytest.mark.parametrize("rise", [0.3, 0.55, 0.9])
+@pytest.mark.parametrize("rise", [0.03, 0.12, 0.3, 0.55, 0.9])
 def test_shadows_on_paper_are_blue_grey_and_stand_out_at_every_time_of_day(rise):
     level = np.sqrt(1 - rise**2)
     sun = umbra.directional_light((-0.8 * level, -0.6 * level, rise))
@@ -359,3 +361,16 @@ def test_shadows_on_paper_are_blue_grey_and_stand_out_at_every_time_of_day(rise)
     assert contrast(lit, dark) >= 2.8
     assert lit[0] >= lit[2]
     assert dark[2] > dark[0] + 0.02
+
+
+@pytest.mark.parametrize("ground", [PAPER, TABLE])
+def test_shadows_on_level_ground_stand_out_by_one_law_in_pictures_and_windows(ground):
+    for altitude in (0.1, 1, 3, 7, 12, 20, 45, 90):
+        rise = np.sin(np.radians(altitude))
+        (sun,) = expose_suns([umbra.directional_light((np.sqrt(1 - rise**2), 0, rise))])
+        sunlight = find_exposure(1) * rise * np.array(sun.color)
+        lit, dark = (
+            encode_srgb(np.array(ground) * (STUDIO.from_above + light)) / 255
+            for light in (sunlight, 0)
+        )
+        assert contrast(lit, dark) >= 2.8

@@ -224,7 +224,7 @@ def test_surfaces_and_points_have_a_report(umbra_here, tower, tmp_path, receiver
     assert said.out.splitlines()[-1] == str(tmp_path / "o" / "report.html")
     text = (tmp_path / "o" / "report.html").read_text()
     named = "Tower, walls and roofs" if receivers == "surfaces" else "Tower, points"
-    assert f"<h1>{named}</h1>" in text
+    assert f"<h1>{named} · sun on 18 September 2026</h1>" in text
     assert "An example, 0: " in text
     assert "Part by part" in text or "Point by point" in text
 
@@ -261,7 +261,7 @@ def test_a_view_with_a_title_of_its_own_tells_from_where_it_is_seen(study, tmp_p
     assert study("--receivers", "south", "--title", "Mill Lane", "--write", "svg").status == 0
     picture = (tmp_path / "out" / "hours.svg").read_text()
     assert ">Mill Lane</text>" in picture
-    assert ">elevation from the south · 2026-09-18, 10:00 to 14:00" in picture
+    assert ">elevation from the south · 18 September 2026, 10:00 to 14:00" in picture
 
 
 def test_the_times_that_are_asked_for_are_shown(study, tmp_path):

@@ -33,18 +33,21 @@ def test_a_turn_of_a_plan_turns_its_top():
     assert np.allclose(quarter.up, (1, 0, 0))
 
 
-@pytest.mark.parametrize("height", [None, 30.0])
-def test_all_pictures_of_a_turn_hold_the_model_and_one_is_filled(height):
+@pytest.mark.parametrize(("height", "shift"), [(None, (0, 0)), (30.0, (0, 0)), (None, (0, -20))])
+def test_all_pictures_of_a_turn_hold_the_model_and_one_is_filled(height, shift):
     low = np.random.default_rng(3).uniform((-30, -10, 0), (30, 10, 8), (200, 3))
     points = np.vstack([low, [[28.0, 9.0, 60.0]]])  # a tower at a corner
-    camera = hold_in_turn(replace(CAMERA, height=height), points, 12, margin=0.05)
-    assert np.allclose(camera.axes(), CAMERA.axes())
+    given = replace(CAMERA, height=height, shift=shift)
+    if any(shift):
+        given = replace(given, target=(2.0, 3.0, 25.0))  # level, as a bird's view is
+    camera = hold_in_turn(given, points, 12, margin=0.05)
+    assert np.allclose(camera.axes(), given.axes())
     most = []
     for one in turn_camera(camera, 12):
-        across, above, ahead = one.axes() @ (points - one.eye).T
-        half = ahead * np.tan(np.radians(one.fov) / 2) if height is None else one.height / 2
-        assert (ahead > one.near).all()
-        most.append(max(np.abs(across / half * 48 / 64).max(), np.abs(above / half).max()))
+        assert ((points - one.eye) @ one.axes()[2] > one.near).all()
+        x, y, w, _ = one.matrix() @ np.column_stack([points, np.ones(len(points))]).T
+        places = np.column_stack([x / w + 0.5, y / w + 0.5]) / one.size
+        most.append(2 * np.abs(places - 0.5).max())
     assert max(most) == pytest.approx(0.9)
 
 

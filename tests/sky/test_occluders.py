@@ -1,4 +1,4 @@
-"""The skyline raised by all faces leaves out what cannot bound the free sky, and nothing else."""
+"""What is known to be covered leaves out what cannot bound the free sky, and nothing else."""
 
 import numpy as np
 import pytest
@@ -6,12 +6,15 @@ from support.shapes import box, merge, sheet
 
 from umbra.sky.casters import make_sky_casters
 from umbra.sky.events import find_events, find_spans
-from umbra.sky.gather import gather_faces
-from umbra.sky.occluders import keep_above, raise_skyline
-from umbra.sky.skyline import BINS, find_skyline
+from umbra.sky.gather import gather_faces, keep_above
+from umbra.sky.nearest import find_hits
+from umbra.sky.skyline import BINS, look_along, make_cover, make_covers
 from umbra.sky.sweep import find_pieces, integrate
 from umbra.sky.tensors import sum_tensors
 from umbra.sky.view_factors import measure_sky
+from umbra.sky.wall_cover import cover_by_walls
+
+UP = np.array([0.0, 0.0, 1.0])
 
 
 def gabled(seed, n=60):
@@ -31,20 +34,34 @@ def gabled(seed, n=60):
     return merge(*houses)
 
 
-def gather(casters, p, normal):
-    skyline = find_skyline(casters.strips, casters.strip_boxes, p, np.inf)
-    return gather_faces(casters, p, normal, 0.0, skyline[None], np.zeros(1)), skyline
+def gather(casters, p, normal, raises):
+    covers = make_covers(1)
+    cover_by_walls(casters, p, normal, np.inf, covers)
+    walls = covers[0].copy()
+    return gather_faces(casters, p, normal, covers, np.zeros(1), raises), walls, covers[0]
+
+
+def gather_all(casters, p, normal):
+    return gather_faces(casters, p, normal, make_covers(1), np.zeros(1), False)
 
 
 def measure_plainly(casters, p, normal):
     """Measure by all faces, from the horizon on."""
-    nothing = np.zeros(BINS)
-    seen = gather_faces(casters, p, normal, 0.0, np.zeros((1, BINS)), np.zeros(1))
-    events = find_events(seen, normal, np.zeros(casters.n_edges, np.bool_), nothing)
-    pieces = find_pieces(seen, normal, events, *find_spans(seen), nothing)
+    seen = gather_all(casters, p, normal)
+    events = find_events(seen, normal, np.zeros(casters.n_edges, np.bool_), make_cover())
+    pieces = find_pieces(seen, normal, events, *find_spans(seen), make_cover())
     moments = np.zeros(7)
     integrate(pieces, moments)
     return sum_tensors(moments, normal)
+
+
+def interpolate(shares, first, second):
+    """Return directions within the bins, and the tangents there of arcs between their sides."""
+    a = np.array([look_along(b) for b in range(BINS)])
+    b = np.roll(a, -1, 0)
+    toward = (1 - shares)[:, None] * a + shares[:, None] * b
+    length = np.linalg.norm(toward, axis=1)
+    return toward / length[:, None], ((1 - shares) * first + shares * second) / length
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -63,11 +80,36 @@ def test_it_changes_no_measure(seed):
     assert plain[:, 0].max() > 0.2
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_what_is_known_to_be_covered_is(seed):
+    casters, rng = make_sky_casters(*gabled(seed, 150)), np.random.default_rng(seed)
+    n_above = 0
+    for p in rng.uniform((-30, -30, 0), (30, 30, 2), (4, 3)):
+        everything = gather_all(casters, p, UP)
+        _, _, cover = gather(casters, p, UP, True)
+        is_above = np.isfinite(cover[:, 2])
+        n_above += is_above.sum()
+        known = np.where(is_above[:, None], cover[:, 2:], 0.0)
+        horizon = np.zeros(BINS)
+        for low, next_low, high, next_high, is_known in (
+            (horizon, horizon, cover[:, 0], cover[:, 1], cover[:, :2].min(1) > 0),
+            (*known.T, is_above),
+        ):
+            shares = rng.random(BINS)
+            toward, start = interpolate(shares, low, next_low)
+            _, end = interpolate(shares, high, next_high)
+            for part in (0.001, 0.5, 0.999):
+                rays = np.column_stack([toward, start + part * (end - start)])
+                assert (find_hits(everything, casters, rays)[is_known] >= 0).all()
+    assert n_above > 100
+
+
 def test_it_leaves_few_faces():
-    casters, up = make_sky_casters(*gabled(1, 300)), np.array([0.0, 0.0, 1.0])
-    seen, skyline = gather(casters, np.array([0.3, 0.2, 0.1]), up)
-    raised = skyline.copy()
-    raise_skyline(seen, raised)
-    assert (raised >= skyline).all()
-    assert (raised > skyline).mean() > 0.2
-    assert len(keep_above(seen, raised).size) < 0.85 * len(seen.size)
+    casters, p = make_sky_casters(*gabled(1, 300)), np.array([0.3, 0.2, 0.1])
+    seen, walls, raised = gather(casters, p, UP, True)
+    assert (raised[:, :2].min(1) >= walls[:, :2].min(1)).all()
+    assert (raised[:, 0] > walls[:, 0]).mean() > 0.2
+    by_walls, _, _ = gather(casters, p, UP, False)
+    kept = len(keep_above(seen, raised).size)
+    assert kept < 0.8 * len(seen.size) < 0.8 * len(by_walls.size)
+    assert len(by_walls.size) < 0.5 * len(gather_all(casters, p, UP).size)

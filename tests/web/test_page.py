@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 from PIL import Image
 from support.shapes import box
+from support.vision import contrast
 
 import umbra
 from umbra.errors import InputError
@@ -551,6 +552,19 @@ def test_hours_of_points_are_discs_and_those_behind_are_faint(page, quarter, tmp
         assert off <= 8 if is_seen else off > 20
 
 
+GROUND = """Array.from({length: 400}, (_, k) => [11 + 44 * (k % 20), 9 + 30 * Math.floor(k / 20)])
+  .flatMap(([x, y]) => {
+    const {wide, high} = umbra.stage.size;
+    const place = x < wide && y < high && umbra.stage.renderer.pick(x, y);
+    if (!place || place.part >= 0) return [];
+    umbra.state.place = place;
+    const lit = umbra.isLit(true);
+    umbra.state.place = null;
+    return [[x, y, lit]];
+  })"""
+"""Pixels of level ground, and whether rays find it in the sun."""
+
+
 def test_pages_of_scenes_without_a_site_set_the_sun_by_angles(page, quarter, tmp_path):
     umbra.show(quarter, out=tmp_path / "bare.html")
     page.resize(900, 700)
@@ -559,6 +573,15 @@ def test_pages_of_scenes_without_a_site_set_the_sun_by_angles(page, quarter, tmp
     direction = page.ask("umbra.sun.direction")
     assert direction[0] > 0.1
     assert abs(direction[1]) < 1e-9
+    page.ask("umbra.set({hasPath: false, hasCompass: false, hasEdges: false})")
+    for altitude in (0.5, 7):
+        page.ask(f"umbra.set({{azimuth: 90, altitude: {altitude}}})")
+        settle(page)
+        seen = read_picture(page) / 255
+        ground = page.ask(GROUND)
+        lit, dark = (np.median([seen[y, x] for x, y, state in ground if state is is_lit], 0)
+                     for is_lit in (True, False))  # fmt: skip
+        assert contrast(lit, dark) >= 2.8
 
 
 def test_pages_refuse_what_only_other_devices_know(quarter, tmp_path):

@@ -46,7 +46,7 @@ def count_masks(picture, suns, ratio=1):
     """Count in the browser how many of these suns reach each pixel, -1 where nothing is seen."""
     text = picture.page.ask(
         f"(() => {{ const m = new SunMasks(picture, false), suns = {suns.tolist()};"
-        f"m.begin({ratio}, suns.length); suns.forEach((one, k) => m.count(k, one));"
+        f"m.begin({ratio}, suns); suns.forEach((_, k) => m.count(k));"
         "m.sum(suns.map((_, k) => k)); const {width, height} = m.sheet;"
         "return encode(m.read(0, 0, width, height)); })()"
     )

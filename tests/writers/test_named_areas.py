@@ -1,11 +1,14 @@
 """Named areas come first: in the lines at a study's end and in the report's tables."""
 
+import datetime as dt
+
 import pytest
 import shapely
 from support.shapes import box
 
 import umbra
 from umbra.scene import Mesh, Part, make_scene
+from umbra.sun import name_date
 from umbra.writers.folder.captions import outline_areas
 from umbra.writers.folder.elevation_sheet import find_window
 from umbra.writers.folder.summary import tell_answers
@@ -36,7 +39,8 @@ def test_the_lines_begin_with_each_area_and_date(found):
     before = found.result.areas.columns["share_2h_before"]
     assert shares[0].max() < before[0].min()
     expected = [
-        f"{name}: {100 * shares[k, d]:.1f} % of {size} m² has at least 2 h of sun on {date} "
+        f"{name}: {100 * shares[k, d]:.1f} % of {size} m² has at least 2 h of sun on "
+        f"{name_date(dt.date.fromisoformat(date))} "
         f"from 08:00 to 17:00 "
         f"({100 * before[k, d]:.1f} % before)"
         for k, (name, size) in enumerate((("north", 400), ("far", 200)))
@@ -87,8 +91,8 @@ def test_verdicts_tell_the_hours_that_they_count_beside_a_map_of_others(tmp_path
     """A garden has a share of the study's hours, and one of the rule's whole day."""
     study(dates=DATES[:1]).write(tmp_path, rules="bre-209-gardens", report=True)
     page = (tmp_path / "report.html").read_text()
-    assert "on 2026-03-21, sunrise to sunset, where 50.0 % is the limit" in page
-    assert "on 2026-03-21 from 08:00 to 17:00" in page
+    assert "on 21 March 2026, sunrise to sunset, where 50.0 % is the limit" in page
+    assert "on 21 March 2026 from 08:00 to 17:00" in page
 
 
 def test_a_sheet_s_plan_holds_all_areas():

@@ -8,9 +8,11 @@ from support.shapes import box
 
 import umbra
 from umbra.scene import Mesh, Part, make_scene
-from umbra.writers.caster_map import HUES, OTHERS, WhoMap, make_who_sheet
+from umbra.writers.caster_map import HUES, OTHERS, WhoMap, _find_borders, make_who_sheet
 from umbra.writers.folder.who import _find_main, _rank
+from umbra.writers.paper import SMALL, measure_text
 from umbra.writers.picture_content import Plan
+from umbra.writers.sheet import KEY_WIDTH
 
 VIENNA = umbra.Site(latitude=48.2, longitude=16.37, zone="Europe/Vienna")
 # Machado, Oliveira and Fernandes (2009), deuteranopia, severity 1, on linear sRGB.
@@ -78,3 +80,21 @@ def test_hues_differ_for_those_who_see_no_green_and_numbers_stand_on_the_casters
     texts = [text.get_text() for text in sheet.leaf.get_children() if hasattr(text, "get_text")]
     assert {"1", "2", "1  tall", "2  low"} <= set(texts)
     assert "others" not in texts
+
+
+def test_names_fit_the_key_and_others_part_from_one_another(found):
+    """Names alike at their beginnings stay apart; a pale line lies between two of the others."""
+    plan = Plan(found.x.values, found.y.values)
+    rows, cols = plan.shape
+    main = np.repeat(np.arange(cols) * 4 // cols, rows).reshape(cols, rows).T.copy()
+    names = ["UUID_LOD2_011491-3cd51f89-4727-44e6-b12e_6", "UUID_LOD2_011491-3cd51f89-4727-44e6-b"]
+    who = WhoMap(main, np.full(main.shape, 8.0), names, [main == 0, main == 1])
+    sheet = make_who_sheet(plan, who, 8.0)
+    shown = [text for text in sheet.leaf.get_children() if hasattr(text, "get_text")]
+    labels = [text.get_text() for text in shown if "UUID" in text.get_text()]
+    assert len({label[1:] for label in labels}) == 2
+    assert all(label.endswith(name[-4:]) for label, name in zip(labels, names, strict=True))
+    assert max(measure_text(label, SMALL) for label in labels) <= KEY_WIDTH - 0.29
+    borders = _find_borders(main)
+    assert borders.sum() == 3 * rows  # a column before each of the three others
+    assert (main[borders] < 3).all()

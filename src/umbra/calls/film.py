@@ -19,7 +19,7 @@ from umbra.option_fields import Given, Options, check_types, option, read_path, 
 from umbra.scene import Camera, Light, Scene
 from umbra.scene.lights import SomeLights, make_lights
 from umbra.signatures import takes
-from umbra.sun import Site, find_site
+from umbra.sun import Site, find_site, name_date
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -232,7 +232,7 @@ def _move_sun(
     path = find_sun(site, instants)
     for k, (instant, is_up) in enumerate(zip(instants, path.is_up, strict=True)):
         clock = instant.astimezone(zone)
-        label = f"{clock:%Y-%m-%d %H:%M} {clock.tzname()}"
+        label = f"{name_date(clock)}, {clock:%H:%M} {clock.tzname()}"
         if not is_up:
             msg = f"the sun is below the horizon at {label}; choose other times"
             raise InputError(msg, option="at" if instant == start else "until")

@@ -16,7 +16,10 @@ if TYPE_CHECKING:
     from umbra.scene import Light
     from umbra.sun import Site
 
-__all__ = ["LightOptions"]
+__all__ = ["ASSUMED", "LightOptions"]
+
+ASSUMED = "afternoon"
+"""Time of day of a sun that has a date alone."""
 
 _lights = partial(option, heading="Lights")
 
@@ -42,7 +45,9 @@ class LightOptions(Options):
         default=(), flag="--spot", count=7, is_repeated=True, metavar="X,Y,Z,TX,TY,TZ,DEG",
     )  # fmt: skip
     date: str | None = _lights(
-        "text", "Add the sun on this local date, YYYY-MM-DD, at the time at=.", metavar="DATE"
+        "text",
+        "Add the sun on this local date, YYYY-MM-DD, at the time at=, else in the afternoon.",
+        metavar="DATE",
     )
     at: str | None = _lights(
         "text", "Local time of the sun; or sunrise+1h, sunset-90min, altitude:20.", metavar="HH:MM"
@@ -61,9 +66,9 @@ class LightOptions(Options):
             if self.at is not None:
                 msg = "time_of_day= and at= both say when; leave one of them out"
                 raise InputError(msg, option="time_of_day")
-        elif (self.date is None) != (self.at is None):
-            msg = "the sun's light needs both date= and at= (a clock time: at='15:00')"
-            raise InputError(msg, option="at" if self.at is None else "date")
+        elif self.at is not None and self.date is None:
+            msg = "the sun's light at a time, at=, needs date=, too (date='2026-03-21')"
+            raise InputError(msg, option="date")
         if self.date is not None:
             from umbra.sun.local_time import parse_date  # noqa: PLC0415
 
@@ -73,6 +78,11 @@ class LightOptions(Options):
     def has_sun(self) -> bool:
         """Whether the sun is one of the lights."""
         return self.date is not None or self.time_of_day is not None
+
+    @property
+    def assumes_time(self) -> bool:
+        """Whether a date has no time: then it is ``ASSUMED``."""
+        return self.date is not None and self.at is None and self.time_of_day is None
 
     @property
     def count(self) -> int:
@@ -88,8 +98,9 @@ class LightOptions(Options):
 
         date = self.date or f"{dt.date.today().year}-03-21"
         name = "at" if self.time_of_day is None else "time_of_day"
+        when = ASSUMED if self.assumes_time else str(getattr(self, name))
         try:
-            at = show_on_clock(find_site(), parse_date(date), str(getattr(self, name)))
+            at = show_on_clock(find_site(), parse_date(date), when)
         except InputError as error:
             raise InputError(str(error), option=name) from error
         return replace(self, date=date, at=at, time_of_day=None)
@@ -105,11 +116,13 @@ class LightOptions(Options):
 
     def tell_sun(self, site: Site) -> str:
         """Describe the sun's date, time and place."""
+        from umbra.sun import name_date  # noqa: PLC0415
         from umbra.sun.clock import find_stamps  # noqa: PLC0415
         from umbra.sun.local_time import parse_date  # noqa: PLC0415
 
         stamp = find_stamps(parse_date(str(self.date)), [str(self.at)], site.zone)
-        return f"{self.date} {self.at} {'/'.join(stamp.abbreviations())} · {site.show()}"
+        when = f"{name_date(parse_date(str(self.date)))}, {self.at}"
+        return f"{when} {'/'.join(stamp.abbreviations())} · {site.show()}"
 
     def _make_given(self) -> list[Light]:
         from umbra.scene.lights import make_lights, spot_light  # noqa: PLC0415

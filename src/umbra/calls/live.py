@@ -4,7 +4,6 @@ import base64
 import os
 from dataclasses import replace
 from io import BytesIO
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PIL import Image
@@ -38,7 +37,6 @@ if TYPE_CHECKING:
 
 __all__ = ["make_config", "make_live_page", "make_widget", "write_live_page"]
 
-_NAMED = 3  # files in a title
 _QUALITY = 82  # of the poster, which stands in where the model cannot be drawn
 
 
@@ -54,19 +52,18 @@ def make_config(scene: Scene, site: Site | None, options: ViewOptions) -> dict[s
     options : ViewOptions
     """
     from umbra.window.view_file import to_json  # noqa: PLC0415
+    from umbra.writers.folder.captions import list_files, name_model  # noqa: PLC0415
 
     study = find_shown_study(options)
     scene, height = _stand(scene, options)
     hours = None if study is None else make_hours(study)
     view = begin_view(options, scene, site, options.size)
-    names = [Path(source.name).name for source in scene.sources if not source.is_companion]
-    stems = [name.split(".")[0] or name for name in names]
-    more = f" and {len(stems) - _NAMED} more" if len(stems) > _NAMED else ""
+    names = list_files(scene)
     proposed = list(scene.select(options.proposed, option="proposed")) if options.proposed else []
     removed = find_removed(scene, options)
     return {
-        "name": stems[0] if stems else "scene",
-        "title": " + ".join(stems[:_NAMED]) + more if stems else "Scene",
+        "name": (names[0].split(".")[0] or names[0]) if names else "scene",
+        "title": name_model(names) if names else "Scene",
         "subtitle": _describe(scene, site),
         "view": to_json(view),
         "isFramed": options.view is None,

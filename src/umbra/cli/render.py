@@ -11,7 +11,7 @@ import click
 
 from umbra.calls.camera_options import CameraOptions
 from umbra.calls.film import FILMS, FilmOptions, check_film, find_held, plan_shots, write_film
-from umbra.calls.light_options import LightOptions
+from umbra.calls.light_options import ASSUMED, LightOptions
 from umbra.calls.picture_options import VECTORS, RenderOptions, ShadowOptions
 from umbra.cli.click_options import NewPath, SectionedCommand, record_options, take_record
 from umbra.cli.reading import (
@@ -121,7 +121,7 @@ def _draw_film(
 ) -> dict[str, Any]:
     """Draw a film; return its numbers."""
     scene, lens, lights, options = drawn
-    lights = lights.settle(lambda: find_model_site(scene))
+    lights = _settle(lights, lambda: find_model_site(scene), tell)
     if lights.horizon is not None:
         msg = "horizon= judges the sun of a picture; leave it out of a film"
         raise InputError(msg, option="horizon")
@@ -155,7 +155,7 @@ def _draw_pictures(
     kind = _find_kind(out)
     stages.begin(what := _name_drawing(scene, lens))
     find_once = cache(lambda: find_model_site(scene))
-    lights = lights.settle(find_once)
+    lights = _settle(lights, find_once, tell)
     shining = lights.make(find_once)
     if lights.horizon is not None:
         when = f"{lights.date} at {lights.at}"
@@ -185,6 +185,14 @@ def _draw_pictures(
         with beside[arrays].open("wb") as file:
             np.savez_compressed(file, **picture.arrays())  # type: ignore[arg-type]
     return summary
+
+
+def _settle(lights: LightOptions, find_site: Callable[[], Any], tell: Say) -> LightOptions:
+    """Find the sun's clock time; tell the one that is assumed."""
+    settled = lights.settle(find_site)
+    if lights.assumes_time:
+        tell(f"note: the sun is that of the {ASSUMED}, {settled.at}; at= sets another time")
+    return settled
 
 
 def _find_paths(out: Path | None, arrays: Path | None, *, is_film: bool) -> list[Path]:

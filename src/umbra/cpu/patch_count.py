@@ -13,38 +13,40 @@ face that is almost in the plane. They count patches of few samples, patches at 
 those whose bins hold many edges for each sample, as under low suns: there rays are faster.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from umbra.cpu.patch_bins import EdgeBinner
+from umbra.cpu.patch_near import find_errors, find_near, pick_near
 from umbra.cpu.patch_rays import ask, ask_all, darken, get_sun
 from umbra.cpu.patch_rims import add_rim, clear, find_rim_runs
-from umbra.cpu.patch_search import count_tests, find_rims, find_window, is_covered
+from umbra.cpu.patch_search import find_rims, is_covered
 from umbra.cpu.patch_work import (
     BLOCK,
     count_blocks,
     find_doubts,
-    find_errors,
     find_run,
     is_marked,
     make_patch_work,
 )
 from umbra.cpu.patches import Patches
-from umbra.kernels import borrowing, inlined, run_shared, take_next
+from umbra.cpu.sun_groups import find_groups
+from umbra.kernels import borrowing, inlined, kernel, run_shared, take_next
 from umbra.machine import use_threads
 from umbra.rays.face_tree import FaceTree
 
 __all__ = ["PatchCounter"]
 
 _SUNS = 64  # suns binned at a time
-_IN_SHADOW, _IN_SUN = 0.5, 0.05
+_IN_SHADOW, _IN_SUN = 1.0, 0.1
 """
-Samples for each eight edges in a patch's bins up to which rays take less time than rims. After one
-in shadow rays cost little, as the face that hid it hides its neighbours, too. Measured.
+Samples for each edge near a patch up to which rays take less time than rims. After one in shadow
+rays cost little, as the face that hid it hides its neighbours, too. Measured.
 """
+_PER_TEST = 0.2  # samples and suns for each eight edges in its bins, the same
 
 
 class PatchCounter:
@@ -87,14 +89,13 @@ class PatchCounter:
         masks : (n, n_samples) uint8
             0 or 1.
         """
-        where = self._patches.where
-        masks = np.zeros((len(suns), len(where)), np.uint8)
+        masks = np.zeros((len(suns), self.size), np.uint8)
         nothing = np.zeros((0, 0), np.int32)
-        for first in range(0, len(suns), _SUNS):
-            some = suns[first : first + _SUNS]
-            found = np.zeros((len(some), len(where)), np.uint8)
-            self._run(some, found, (nothing, nothing))
-            masks[first : first + len(some), where] = found
+        for which, first in _batch(suns):
+            found = np.zeros((len(which), self.size), np.uint8)
+            self._run(suns[which], first, found, (nothing, nothing))
+            for sun, mask in zip(which, found, strict=True):
+                masks[sun, self._patches.where] = mask
         return masks
 
     def add_weights(
@@ -117,22 +118,24 @@ class PatchCounter:
             Called now and then with the number of suns done.
         """
         nothing = np.zeros((0, 0), np.uint8)
-        for first in range(0, len(suns), _SUNS):
-            some = slice(first, min(first + _SUNS, len(suns)))
-            found = np.zeros((len(self._patches.where), len(sums)), np.int32)
-            self._run(suns[some], nothing, (np.ascontiguousarray(weights[some]), found))
-            sums[:, self._patches.where] += found.T
-            progress(some.stop - first)
+        change = np.zeros((self.size, len(sums)), np.int32)
+        for which, first in _batch(suns):
+            own = np.ascontiguousarray(weights[which])
+            self._run(suns[which], first, nothing, (own, change))
+            progress(len(which))
+        patches = self._patches
+        run_shared(count_blocks(patches), _add_changes, patches.first, patches.where, change, sums)
 
     def _run(
         self,
         suns: NDArray[np.float64],
+        first: NDArray[np.int64],
         masks: NDArray[np.uint8],
         sums: tuple[NDArray[np.int32], NDArray[np.int32]],
     ) -> None:
-        """Fill in masks, if any; otherwise the sums of weights, given as in ``darken``."""
+        """Fill in masks, if any; otherwise add to the changes of sums, given as in ``darken``."""
         use_threads(self._threads)
-        bins = self._binner.bin(np.ascontiguousarray(suns))
+        bins = self._binner.bin(suns, first)
         patches, n = self._patches, len(self._patches.size)
 
         def count(taken: NDArray[np.int64]) -> None:
@@ -146,6 +149,34 @@ class PatchCounter:
         run_shared(count_blocks(patches), count)
 
 
+def _batch(
+    suns: NDArray[np.float64],
+) -> Iterator[tuple[NDArray[np.intp], NDArray[np.int64]]]:
+    """Give the suns that are counted at once, and the first of each of their groups."""
+    order, first = find_groups(suns)
+    g = 0
+    while g < len(first) - 1:
+        end = max(g + 1, int(np.searchsorted(first, first[g] + _SUNS, "right")) - 1)
+        yield order[first[g] : first[end]], first[g : end + 1] - first[g]
+        g = end
+
+
+@kernel
+def _add_changes(first, where, change, sums, taken):
+    """Add up the changes from sample to sample of each patch, and add them to the sums."""
+    n = first.size - 1
+    while True:
+        p0 = BLOCK * take_next(taken)
+        if p0 >= n:
+            return
+        for i in range(p0, min(n, p0 + BLOCK)):
+            for c in range(change.shape[1]):
+                held = np.int32(0)
+                for k in range(first[i], first[i + 1]):
+                    held += change[k, c]
+                    sums[c, where[k]] += held
+
+
 @borrowing
 def _count_blocks(patches, bins, edges, tree, sums, masks, work, last, known, n, taken):
     """
@@ -155,7 +186,7 @@ def _count_blocks(patches, bins, edges, tree, sums, masks, work, last, known, n,
     and ``known`` the sample whose ray is cast first.
     """
     look = 0
-    n_suns = bins.basis.shape[0]
+    n_suns = bins.suns.shape[0]
     while True:
         p0 = BLOCK * take_next(taken)
         if p0 >= n:
@@ -164,29 +195,31 @@ def _count_blocks(patches, bins, edges, tree, sums, masks, work, last, known, n,
         for i in range(p0, p1):
             last[i - p0] = -1
             known[i - p0] = (patches.first[i] + patches.first[i + 1]) // 2
-        for s in range(-1, n_suns):
+            if patches.graze[i] == np.inf:  # few samples
+                ask_all(patches, bins, tree, work.stack, sums, masks, i, 0, n_suns, -1)
+        for g in range(bins.first.size - 1):
             for i in range(p0, p1):
-                is_few = patches.graze[i] == np.inf
-                if is_few and s < 0:
-                    ask_all(patches, bins, tree, work.stack, sums, masks, i, 0, n_suns, -1)
-                elif not is_few and s >= 0:
-                    look += 1
+                if patches.graze[i] == np.inf:
+                    continue
+                look += 1
+                s0, s1 = bins.first[g], bins.first[g + 1]
+                n_near = find_near(patches, bins, edges, work.near, g, i, look, _PER_TEST)
+                if n_near < 0:
+                    last[i - p0] = ask_all(
+                        patches, bins, tree, work.stack, sums, masks, i, s0, s1, last[i - p0]
+                    )
+                    continue
+                for s in range(s0, s1):
                     last[i - p0], known[i - p0] = _count_patch(
-                        patches, bins, edges, tree, sums, masks, work, s, i, look, last[i - p0],
+                        patches, bins, edges, tree, sums, masks, work, n_near, s, i, last[i - p0],
                         known[i - p0],
                     )  # fmt: skip
-        if masks.size == 0:
-            change = sums[1]
-            for i in range(p0, p1):
-                for k in range(patches.first[i] + 1, patches.first[i + 1]):
-                    for c in range(change.shape[1]):
-                        change[k, c] += change[k - 1, c]
 
 
 @partial(borrowing, inline="always")  # here alone: it is compiled once
-def _count_patch(patches, bins, edges, tree, sums, masks, work, s, i, look, last, k):
+def _count_patch(patches, bins, edges, tree, sums, masks, work, n_near, s, i, last, k):
     """
-    Count a patch for one sun.
+    Count a patch for one sun, with ``n_near`` edges near it under the sun's group.
 
     ``last`` is a face that may hide the sun, and ``k`` the sample that is asked first. Returns both
     for the next sun.
@@ -200,19 +233,19 @@ def _count_patch(patches, bins, edges, tree, sums, masks, work, s, i, look, last
     face, changes, n_asked = np.int64(-1), 0, -1
     if sine >= patches.graze[i]:
         way, error = find_errors(patches, i, d, sine)
-        window = find_window(patches, bins, s, i)
         face = ask(patches, tree, work.stack, k, d, last)
         last = last if face < 0 else face
+        n = pick_near(patches, bins, work.near, n_near, s, i, way, error)
         share = _IN_SUN if face < 0 else _IN_SHADOW
-        if end - first > share * count_tests(bins, window):
+        if end - first > share * n:
             n_rims = -1
             # Faces close to the plane may hide this sample without any rims.
             if face >= 0 and not is_marked(patches, i, k - first, error[2]):
                 shell = edges.face_shell[tree.source[face]]
-                if is_covered(patches, bins, edges, tree, s, i, way, error, window, shell):
+                if is_covered(patches, bins, edges, tree, work.near, n, s, i, way, error, shell):
                     n_rims = 0
             if n_rims < 0:
-                n_rims = find_rims(patches, bins, edges, tree, work, s, i, look, way, error, window)
+                n_rims = find_rims(patches, bins, edges, tree, work, n, s, i, way, error)
             changes, n_asked = _add_rims(patches, work, i, n_rims, error)
     if n_asked < 0:
         return ask_all(patches, bins, tree, work.stack, sums, masks, i, s, s + 1, last), k

@@ -12,13 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.cpu.patch_bins import EdgeBinner
+from umbra.cpu.patch_near import find_errors, find_near, pick_near
+from umbra.cpu.patch_rays import get_sun
 from umbra.cpu.patch_rims import add_rim, clear, find_rim_runs
-from umbra.cpu.patch_search import find_rims, find_window
+from umbra.cpu.patch_search import find_rims
 from umbra.cpu.patch_work import (
     BLOCK,
     count_blocks,
     find_doubts,
-    find_errors,
     find_run,
     is_marked,
     make_patch_work,
@@ -186,9 +187,15 @@ def _add_block(
     for i in range(p0, p1):
         first, end = patches.first[i], patches.first[i + 1]
         n_rows = 0
-        for s in range(suns.shape[0]):
+        for g in range(bins.first.size - 1):
             look += 1
-            n_rows = _find_pieces(patches, bins, edges, tree, faces, work, rows, s, i, look, n_rows)
+            n_near = 0
+            if patches.graze[i] < np.inf:
+                n_near = find_near(patches, bins, edges, work.near, g, i, look, 0.0)
+            for s in range(bins.first[g], bins.first[g + 1]):
+                n_rows = _find_pieces(
+                    patches, bins, edges, tree, faces, work, rows, n_near, s, i, n_rows
+                )
         if n_rows == 0:
             continue
         add_group_shares(
@@ -200,9 +207,13 @@ def _add_block(
 
 
 @borrowing
-def _find_pieces(patches, bins, edges, tree, faces, work, rows, s, i, look, n_rows):
-    """Find the samples of a patch that each piece hides from one sun; return the rows in use."""
-    d = (bins.basis[s, 6], bins.basis[s, 7], bins.basis[s, 8])
+def _find_pieces(patches, bins, edges, tree, faces, work, rows, n_near, s, i, n_rows):
+    """
+    Find the samples of a patch that each piece hides from one sun; return the rows in use.
+
+    ``n_near`` edges are near the patch under the sun's group.
+    """
+    d = get_sun(bins, s)
     f, graze = patches.frame, patches.graze[i]
     sine = f[i, 8] * d[0] + f[i, 9] * d[1] + f[i, 10] * d[2]
     n = patches.first[i + 1] - patches.first[i]
@@ -214,8 +225,8 @@ def _find_pieces(patches, bins, edges, tree, faces, work, rows, s, i, look, n_ro
     known = _find_unmarked(patches, i, n, error[2])
     n_rims = -1
     if known >= 0:
-        window = find_window(patches, bins, s, i)
-        n_rims = find_rims(patches, bins, edges, tree, work, s, i, look, way, error, window)
+        n_picks = pick_near(patches, bins, work.near, n_near, s, i, way, error)
+        n_rims = find_rims(patches, bins, edges, tree, work, n_picks, s, i, way, error)
     if n_rims < 0:
         return _ask_all(patches, tree, faces, work, rows, s, i, d, n_rows)
     for r in range(n_rows):

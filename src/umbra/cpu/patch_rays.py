@@ -39,7 +39,7 @@ def ask_all(patches, bins, tree, stack, sums, masks, i, s0, s1, last):
 @inlined
 def get_sun(bins, s):
     """Return the direction toward a sun."""
-    return bins.basis[s, 6], bins.basis[s, 7], bins.basis[s, 8]
+    return bins.suns[s, 0], bins.suns[s, 1], bins.suns[s, 2]
 
 
 @inlined

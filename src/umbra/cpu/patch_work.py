@@ -4,20 +4,19 @@ from typing import NamedTuple
 
 import numpy as np
 
+from umbra.cpu.patch_near import NearEdges
 from umbra.cpu.patch_rims import CROSSINGS, Crossings
 from umbra.cpu.patches import Patches
 from umbra.kernels import inlined, inner
 from umbra.rays.face_tree import DEEPEST
 
 __all__ = [
-    "BLOCK", "PatchWork", "count_blocks", "find_doubts", "find_errors", "find_run", "is_marked",
-    "make_patch_work",
+    "BLOCK", "PatchWork", "count_blocks", "find_doubts", "find_run", "is_marked", "make_patch_work",
 ]  # fmt: skip
 
-BLOCK = 32
+BLOCK = 128
 """Patches per block of a thread: their bins stay in the cache."""
 _ROOM = 1024  # doubtful samples per patch and sun, plus a quarter of its samples
-_EPS = 1e-7  # rounding error of a rim [squares]
 
 
 class PatchWork(NamedTuple):
@@ -29,8 +28,7 @@ class PatchWork(NamedTuple):
     crossings : Crossings
     rims : (n, 6) float64
         From column, row to column, row; change of the count on the left; shell.
-    stamp : (most,) int32
-        Last search that found each silhouette edge.
+    near : NearEdges
     is_doubt : (n,) bool
         Samples of a patch that need rays.
     asked : (n,) int32
@@ -41,7 +39,7 @@ class PatchWork(NamedTuple):
 
     crossings: Crossings
     rims: np.ndarray
-    stamp: np.ndarray
+    near: NearEdges
     is_doubt: np.ndarray
     asked: np.ndarray
     stack: np.ndarray
@@ -74,28 +72,16 @@ def make_patch_work(patches, bins, p0, p1):
             np.zeros(highest + 1, np.int32),
         ),
         np.zeros((bins.most + cuts, 6)),
-        np.zeros(bins.most, np.int32),
+        NearEdges(
+            np.zeros((6, bins.most)),
+            np.zeros((bins.most, 3), np.int64),
+            np.zeros(bins.most + 1, np.int32),
+            np.zeros(bins.most, np.int32),
+        ),
         np.zeros(most, np.bool_),
         np.zeros(room, np.int32),
         np.zeros(DEEPEST, np.int32),
     )
-
-
-@inlined
-def find_errors(patches, i, d, sine):
-    """
-    Find the shift of a shadow on a patch per metre of height, and error bounds.
-
-    ``d`` is the direction toward the sun, and ``sine`` that of its angle above the patch. The
-    errors are those of rims along both axes, like the shift in columns and rows, and the distance
-    up to which a face close to the plane may cast a shadow [m].
-    """
-    f = patches.frame
-    su = (f[i, 0] * d[0] + f[i, 1] * d[1] + f[i, 2] * d[2]) / sine
-    sv = (f[i, 4] * d[0] + f[i, 5] * d[1] + f[i, 6] * d[2]) / sine
-    # Heights up to tau count as 0, so rims can be off by this much.
-    most = 2.0 * patches.tau[i]
-    return (su, sv), (_EPS + most * abs(su), _EPS + most * abs(sv), most / sine)
 
 
 @inlined

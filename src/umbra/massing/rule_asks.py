@@ -21,6 +21,7 @@ from umbra.rules.words import MEASURES, tell_interval
 from umbra.scene.grid import Places
 from umbra.study.options import StudyOptions
 from umbra.study.setup import find_period
+from umbra.sun import name_date
 from umbra.verdicts.asked import choose_asked, find_flat_room
 from umbra.verdicts.dates import settle_dates
 from umbra.verdicts.judged_receivers import Gathered, Lacking
@@ -340,8 +341,9 @@ class _Clauses:
         }  # fmt: skip
         land = model.options.horizon
         period = find_period(StudyOptions(**time, horizon=land), model.site)
-        days = f"{period.days[0]}" if period.days else ""
-        days += f" to {period.days[-1]}" if len(period.days) > 1 else ""
+        days = " to ".join(
+            name_date(day) for day in dict.fromkeys(period.days[:1] + period.days[-1:])
+        )
         counted = tell_interval(condition.start, condition.end, condition.clock)
         self.asked.times.append(f"{days}, {counted}")
         for day in range(len(period.days)):

@@ -109,9 +109,11 @@ def meet_cone(
 
 
 @intrinsic
-def meet_rectangles(_: Any, table: Any, at: Any, limits: Any) -> Any:  # numpydoc ignore=RT01
+def meet_rectangles(
+    _: Any, table: Any, at: Any, limits: Any, slopes: Any
+) -> Any:  # numpydoc ignore=RT01
     """
-    Return a bit mask of the rectangles that may meet another and are near enough the light.
+    Return a bit mask of the rectangles that may meet a frustum and are near enough the light.
 
     Parameters
     ----------
@@ -120,19 +122,27 @@ def meet_rectangles(_: Any, table: Any, at: Any, limits: Any) -> Any:  # numpydo
     at : int64
         First rectangle; seven more must follow.
     limits : (5,) float32
-        Highest and lowest x, highest and lowest y, and least coordinate toward the light.
+        Highest and lowest x, highest and lowest y, at coordinate 0, and least coordinate.
+    slopes : (4,) float32
+        What is added to the first four, for each unit of the coordinate toward the light.
     """
-    signature = types.int64(table, types.int64, types.UniTuple(types.float32, 5))
+    signature = types.int64(
+        table, types.int64, types.UniTuple(types.float32, 5), types.UniTuple(types.float32, 4)
+    )
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         array = context.make_array(signature.args[0])(context, builder, arguments[0])
         length = builder.extract_value(array.shape, 0)
         first = builder.gep(array.data, [arguments[1]])
-        met = None
-        for k, how in enumerate(("<=", ">=", "<=", ">=", ">=")):
-            column = _load(builder, builder.gep(first, [builder.mul(length, _LONG(k))]))
-            condition = builder.fcmp_ordered(how, column, _spread(builder, arguments[2], k))
-            met = condition if met is None else builder.and_(met, condition)
+        columns = [
+            _load(builder, builder.gep(first, [builder.mul(length, _LONG(k))])) for k in range(5)
+        ]
+        near = columns[4]
+        met = builder.fcmp_ordered(">=", near, _spread(builder, arguments[2], 4))
+        for k, how in enumerate(("<=", ">=", "<=", ">=")):
+            moved = builder.fmul(near, _spread(builder, arguments[3], k))
+            limit = builder.fadd(moved, _spread(builder, arguments[2], k))
+            met = builder.and_(met, builder.fcmp_ordered(how, columns[k], limit))
         return _pack(builder, met)
 
     return signature, generate

@@ -192,6 +192,13 @@ class Camera:
         """How far the picture's middle is to the right of and below the view axis [pixels]."""
         return self.offset[0] - self.shift[0], self.offset[1] - self.shift[1]
 
+    def slant(self) -> tuple[float, float]:
+        """How far right and up of its direction the picture's middle lies, per distance ahead."""
+        if not self.is_perspective:
+            return 0.0, 0.0
+        length = self.size[1] / (2 * np.tan(np.radians(self.fov) / 2))  # focal [pixels]
+        return -self.shift[0] * self.stretch / length, self.shift[1] / length
+
     @property
     def pixel_axes(self) -> NDArray[np.float64]:
         """Axes (3, 3) as ``axes``, of which right is as long as a pixel is wide, in its heights."""
@@ -263,10 +270,12 @@ def fit_camera(camera: Camera, points: NDArray[np.float64], margin: float = 0.06
     In perspective each side of the picture is a plane through the eye that touches the points: two
     opposite planes give the nearest eye that sees all between them; the farther of both pairs
     decides. An orthographic camera is only centred. ``margin`` is a share of the picture on every
-    side.
+    side. A shift of a perspective camera is kept: it shears what is seen.
     """
     axes, (cols, rows) = camera.axes(), camera.size
     x, y, z = (points @ axes.T).T
+    right, up = camera.slant()
+    x, y = x - right * z, y - up * z
     if camera.height is not None:
         middle = [float(along.min() + along.max()) / 2 for along in (x, y)]
         depth = float(z.min()) - max(float(np.ptp(z)), 1.0)
@@ -277,7 +286,7 @@ def fit_camera(camera: Camera, points: NDArray[np.float64], margin: float = 0.06
             sides = float((along - slope * z).max()), float((-along - slope * z).max())
             depth = min(depth, -sum(sides) / (2 * slope))
         middle = [_find_middle(along, z - depth) for along in (x, y)]
-    eye = np.array([*middle, depth]) @ axes
+    eye = np.array([middle[0] + right * depth, middle[1] + up * depth, depth]) @ axes
     away = max(float(np.median(z)) - depth, camera.near)
     return replace(camera, eye=eye, target=eye + away * axes[2])
 

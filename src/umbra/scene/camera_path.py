@@ -39,16 +39,19 @@ def hold_in_turn(
     fill = 1 - 2 * margin
     slope = fill * np.tan(np.radians(camera.fov) / 2)
     away, high = camera.near, 0.0
-    forward = camera.axes()[2]
-    at = replace(camera, eye=target - forward, target=target, shift=(0.0, 0.0))
+    axes, slant = camera.axes(), camera.slant()
+    aim = axes[2] + slant @ axes[:2]  # toward the picture's middle
+    at = replace(camera, eye=target - aim, target=target - aim + axes[2])
     for one in turn_camera(at, count):
         across, above, ahead = np.array(one.axes()) @ (points - target).T
+        across, above = across - slant[0] * ahead, above - slant[1] * ahead
         need = np.maximum(np.abs(across) * rows / cols, np.abs(above))
         away = max(away, float((need / slope - ahead).max()))
         high = max(high, 2 * float(need.max()) / fill)
     if not camera.is_perspective:
-        return replace(at, height=high, eye=target - (away + high) * forward)
-    return replace(at, eye=target - away * forward)
+        return replace(at, height=high, eye=target - (away + high) * axes[2], target=target)
+    eye = target - away * aim
+    return replace(at, eye=eye, target=eye + away * axes[2])
 
 
 def _turn(axis: NDArray[np.float64], angle: float) -> NDArray[np.float64]:

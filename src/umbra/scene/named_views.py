@@ -17,8 +17,9 @@ FOV = 28.0
 _FROM = {
     "isometric": ((1.0, 1.0, -1.0), (0.0, 0.0, 1.0)),
     "plan": ((0.0, 0.0, -1.0), (0.0, 1.0, 0.0)),
-    "bird": ((0.5, 0.8, -0.66), (0.0, 0.0, 1.0)),
+    "bird": ((0.5, 0.8, 0.0), (0.0, 0.0, 1.0)),
 }  # the view's direction, and up: from the south-west, or north up
+_DOWN = 0.6  # of a bird's view, below its horizon, per distance: 31 degrees
 _EYE = 1.7  # above the ground [m]
 _TRIES, _CLOSE = 8, 0.01  # the eye's height decides how far away it stands, where the ground is [m]
 _HORIZON = 0.3  # of a street's picture, below its middle [heights]
@@ -39,8 +40,9 @@ def make_named_view(
     Parameters
     ----------
     view : {'isometric', 'plan', 'street', 'bird'}
-        The first two are orthographic. A street is seen from 1.7 m above the ground, upright: its
-        horizon lies below the picture's middle.
+        The first two are orthographic. The others look level, with an off-axis lens, so that
+        verticals stay upright: a street is seen from 1.7 m above the ground, its horizon below the
+        picture's middle; a bird's horizon is far above the picture.
     points : (n, 3) float64
         Of the model [m].
     size : (int, int)
@@ -56,7 +58,10 @@ def make_named_view(
     forward, up = (np.array(vector) for vector in _FROM[view])
     middle = points.mean(0)
     camera = Camera(middle - forward, middle, up, size, fov, near=near)
-    if view != "bird":
+    if view == "bird":
+        length = size[1] / (2 * np.tan(np.radians(fov) / 2))  # focal [pixels]
+        camera = replace(camera, shift=(0.0, -_DOWN * length))
+    else:
         wide, high = np.ptp(points @ camera.axes().T[:, :2], axis=0)
         height = max(float(high), float(wide) * size[1] / size[0], 1e-3) / (1 - 2 * _MARGIN)
         camera = replace(camera, height=height)

@@ -31,10 +31,11 @@ TABLE = (0.58, 0.565, 0.54)
 
 STUDIO = Sky((0.50, 0.64, 0.88), (0.93, 0.925, 0.91), BOUNCE, 0.13)
 """A warm horizon, and blue light in shadows, little enough for their contrast."""
-_RISE, _BRIGHTEST = 0.72, 2.4
+_RISE, _BRIGHTEST, _LEAST = 0.72, 2.4, 0.5
 """
-Sine of the sun's altitude below which its light is raised, and by how much at most: as a photograph
-is exposed, so that lit ground is about as bright at all times of day.
+Sine of the sun's altitude below which its light is raised, by how much at most, and what level
+ground takes of it all the same: as a photograph is exposed, so that shadows stand out at all times
+of day, 2.8 to 1 and more.
 """
 _WARM = (1.03, 1.0, 0.94)  # of their light: shadows are blue beside it
 
@@ -57,7 +58,9 @@ def expose_suns(lights: Sequence[Light]) -> list[Light]:
         times = 1.0
         if not light.is_point:
             rise = float(light.position[2] / np.linalg.norm(light.position[:3]))
-            times = min(max(_RISE / max(rise, 1e-3), 1.0), _BRIGHTEST)
+            height = max(rise, 1e-3)
+            times = min(max(_RISE / height, 1.0), _BRIGHTEST)
+            times = max(times, _LEAST / height) if rise > 0 else times
         red, green, blue = (times * np.multiply(light.color, _WARM)).tolist()
         exposed.append(replace(light, color=(red, green, blue)))
     return exposed

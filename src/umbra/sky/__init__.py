@@ -8,5 +8,6 @@ Data flows one way::
                hidden     as seen   changes   of free
                                               sky
 
-``points`` measures many points at once, ``nearest`` says what takes the rest.
+``wall_cover`` and ``occluders`` say what walls and faces add to what is hidden. ``view_factors``
+measures many points at once, ``nearest`` says what takes the rest.
 """

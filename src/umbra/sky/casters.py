@@ -9,14 +9,11 @@ from numpy.typing import NDArray
 from umbra.rays.face_tree import TOUCH
 from umbra.scene import Scene
 from umbra.scene.derived import derive
-from umbra.sky.skyline import STRIPS
+from umbra.sky.skyline import BOXES, FACES, STRIPS
 from umbra.sky.walls import find_strips
 from umbra.volume.adjacency import find_whole, sort_along_curve, weld_vertices
 
-__all__ = ["BLOCK", "SkyCasters", "find_sky_casters", "make_sky_casters"]
-
-BLOCK = 16
-"""Faces that are bounded together by one box."""
+__all__ = ["SkyCasters", "find_sky_casters", "make_sky_casters"]
 
 
 class SkyCasters(NamedTuple):
@@ -37,10 +34,12 @@ class SkyCasters(NamedTuple):
         Number of the object that a face belongs to.
     is_between : (n_edges,) bool
         Whether faces of several objects meet in an edge.
-    boxes : (n_blocks, 6) float64
-        Lowest and highest corner of each ``BLOCK`` faces.
-    strips, strip_boxes : (n, 8) and (m, 6) float64
-        Strips of vertical walls, see ``find_strips``, and boxes around each ``STRIPS``.
+    boxes, box_boxes : (n, 6) float64
+        Lowest and highest corner of each ``FACES`` faces, and of each ``BOXES`` such boxes.
+    strips : (n, 8) float64
+        Strips of vertical walls, see ``find_strips``.
+    strip_boxes, strip_box_boxes : (n, 6) float64
+        Boxes around each ``STRIPS`` strips, and around each ``BOXES`` such boxes.
     n_edges : int
     """
 
@@ -51,8 +50,10 @@ class SkyCasters(NamedTuple):
     part: NDArray[np.int32]
     is_between: NDArray[np.bool_]
     boxes: NDArray[np.float64]
+    box_boxes: NDArray[np.float64]
     strips: NDArray[np.float64]
     strip_boxes: NDArray[np.float64]
+    strip_box_boxes: NDArray[np.float64]
     n_edges: int
 
 
@@ -117,11 +118,13 @@ def make_sky_casters(
     strips = find_strips(vertices, welded, edges, planes, n_edges)
     strip_low = np.minimum(strips[:, :3], strips[:, 3:6])
     strip_high = np.maximum(strips[:, :3], strips[:, 3:6])
+    boxes = _bound(corners.min(1), corners.max(1), FACES)
+    strip_boxes = _bound(strip_low, strip_high, STRIPS)
     part = np.ascontiguousarray(part[whole], np.int32)
     return SkyCasters(
         vertices, welded, edges, planes, part, _find_between(edges, part, n_edges),
-        _bound(corners.min(1), corners.max(1), BLOCK), strips,
-        _bound(strip_low, strip_high, STRIPS), n_edges,
+        boxes, _bound(boxes[:, :3], boxes[:, 3:], BOXES),
+        strips, strip_boxes, _bound(strip_boxes[:, :3], strip_boxes[:, 3:], BOXES), n_edges,
     )  # fmt: skip
 
 

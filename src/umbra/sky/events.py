@@ -11,26 +11,28 @@ import math
 import numpy as np
 
 from umbra.kernels import borrowing, copy_numbers, copy_rows, inner, kernel
-from umbra.sky.gather import find_azimuths
-from umbra.sky.skyline import find_highest
+from umbra.sky.skyline import BINS, find_bin, find_outline, find_turn, is_hidden
 
 __all__ = ["find_events", "find_spans"]
 
 _SAME = 1e-13
 """Sine of an angle between two azimuths that are one."""
+_MARGIN = 1e-6  # of spans, for rounding [bins]
 
 
 @borrowing
-def _add_span(spans, owner, n, low, high, which):
-    """Add a range of azimuths within -pi to pi, in two where it passes pi; return the number."""
-    if high - low >= 2.0 * math.pi:
-        low, high = -math.pi, math.pi
-    if low < -math.pi:
-        low, high = low + 2.0 * math.pi, high + 2.0 * math.pi
-    spans[n, 0], spans[n, 1], owner[n] = low, min(high, math.pi), which
+def _add_span(spans, owner, n, start, end, which):
+    """Add a range of places in the turn from -pi, in two where it passes pi; return the number."""
+    start, end = start - _MARGIN, end + _MARGIN
+    if end - start >= BINS:
+        start, end = 0.0, float(BINS)
+    # Places of outlines count from azimuth 0, and may be anywhere in three turns.
+    turns = BINS * math.floor((start + BINS / 2) / BINS)
+    start, end = start + BINS / 2 - turns, end + BINS / 2 - turns
+    spans[n, 0], spans[n, 1], owner[n] = start, min(end, BINS), which
     n += 1
-    if high > math.pi:
-        spans[n, 0], spans[n, 1], owner[n] = -math.pi, high - 2.0 * math.pi, which
+    if end > BINS:
+        spans[n, 0], spans[n, 1], owner[n] = 0.0, end - BINS, which
         n += 1
     return n
 
@@ -38,28 +40,30 @@ def _add_span(spans, owner, n, low, high, which):
 @kernel
 def find_spans(seen):
     """
-    Find the azimuths of faces: spans (m, 2) sorted by their start, and the face of each (m,).
+    Find where in the turn faces are, see ``find_turn``: spans (m, 2) sorted by their start.
 
-    A face that passes azimuth pi has two.
+    And the face of each (m,). A face that passes azimuth pi has two.
     """
     n = seen.size.size
     spans = np.empty((2 * n, 2))
     owner = np.empty(2 * n, np.int32)
     m = 0
     for i in range(n):
-        low, high = find_azimuths(seen.corners[i], seen.size[i])
-        m = _add_span(spans, owner, m, low, high, i)
+        start, end = seen.bounds[i, 2], seen.bounds[i, 3]
+        if seen.bounds[i, 1] == math.inf:
+            start, end = 0.0, float(BINS)
+        m = _add_span(spans, owner, m, start, end, i)
     order = _order(spans[:m])
     return spans[order], owner[order]
 
 
 @kernel
-def find_events(seen, normal, is_asked, skyline):
+def find_events(seen, normal, is_asked, cover):
     """
     Return the azimuths as unit vectors (n, 2), from -pi to pi, first and last the same.
 
-    ``is_asked`` (n_edges,) says which edges count besides the silhouette, ``skyline`` (BINS,) below
-    which none does.
+    ``is_asked`` (n_edges,) says which edges count besides the silhouette; those that ``cover``
+    (BINS, 6) hides do not.
     """
     n = seen.size.size
     n_edges = 0
@@ -67,10 +71,10 @@ def find_events(seen, normal, is_asked, skyline):
         for k in range(seen.size[i]):
             n_edges += _counts(seen, is_asked, i, k)
     ends = np.empty((n_edges, 2, 3))
-    turns = np.empty((n_edges, 3))
+    turns, slopes = np.empty((n_edges, 3)), np.empty((n_edges, 2))
     spans = np.empty((2 * n_edges, 2))
     owner = np.empty(2 * n_edges, np.int32)
-    events = np.empty((2 * n_edges + 64, 3))  # azimuth, unit vector
+    events = np.empty((2 * n_edges + 64, 3))  # place in the turn, unit vector
     count = 0
     for x, y in ((1.0, 0.0), (0.0, 1.0), (0.0, -1.0)):
         count = _add_event(events, count, x, y)
@@ -87,7 +91,8 @@ def find_events(seen, normal, is_asked, skyline):
             a, b = seen.corners[i, k], seen.corners[i, after]
             copy_numbers(a, pair[0])
             copy_numbers(b, pair[1])
-            if find_highest(skyline, pair, 2, True) < 0.0:
+            low, high, start, end = find_outline(pair, 2)
+            if is_hidden(cover, start, end, low, high):
                 continue
             count = _add_event(events, count, a[0], a[1])
             count = _add_event(events, count, b[0], b[1])
@@ -101,8 +106,11 @@ def find_events(seen, normal, is_asked, skyline):
             turns[e, 0] = a[1] * b[2] - a[2] * b[1]
             turns[e, 1] = a[2] * b[0] - a[0] * b[2]
             turns[e, 2] = abs(turn)
-            low, high = math.atan2(a[1], a[0]), math.atan2(b[1], b[0])
-            m = _add_span(spans, owner, m, low, high + (2.0 * math.pi if high < low else 0.0), e)
+            if high == math.inf:
+                start, end = find_bin(a[0], a[1]), find_bin(b[0], b[1])
+                end += BINS if end < start else 0
+            slopes[e, 0], slopes[e, 1] = low, high
+            m = _add_span(spans, owner, m, start, end, e)
             e += 1
     order = _order(spans[:m])
     active = np.empty(m, np.int32)
@@ -115,7 +123,10 @@ def find_events(seen, normal, is_asked, skyline):
                 n_left += 1
         n_active = n_left
         for q in range(n_active):
-            x, y = _cross(ends, turns, owner[which], owner[active[q]])
+            i, k = owner[which], owner[active[q]]
+            if slopes[i, 0] > slopes[k, 1] or slopes[k, 0] > slopes[i, 1]:
+                continue
+            x, y = _cross(ends, turns, i, k)
             if x != 0.0 or y != 0.0:
                 if count + 4 > events.shape[0]:
                     more = np.empty((2 * events.shape[0], 3))
@@ -138,7 +149,7 @@ def _add_event(events, count, x, y):
     length = math.hypot(x, y)
     if length == 0.0:
         return count
-    events[count, 0] = math.atan2(y, x)
+    events[count, 0] = find_turn(x, y)
     events[count, 1], events[count, 2] = x / length, y / length
     return count + 1
 

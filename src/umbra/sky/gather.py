@@ -12,10 +12,20 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.kernels import borrowing, kernel
-from umbra.sky.skyline import find_highest, find_layer, is_box_hidden
+from umbra.kernels import borrowing, copy_numbers, copy_rows, kernel
+from umbra.sky.occluders import is_face_hidden, raise_cover
+from umbra.sky.skyline import (
+    BOXES,
+    FACES,
+    find_layer,
+    find_near,
+    find_outline,
+    is_box_hidden,
+    is_box_out,
+    is_hidden,
+)
 
-__all__ = ["CORNERS", "HORIZON", "PLANE", "SeenFaces", "gather_faces"]
+__all__ = ["CORNERS", "HORIZON", "PLANE", "SeenFaces", "gather_faces", "keep_above"]
 
 CORNERS = 6
 """
@@ -26,7 +36,6 @@ second may lie before the plane, so that two stay and each of four sides is cut.
 """
 HORIZON, PLANE = -1, -2
 """Edges that are not of the face: on the horizon, on the receiver's plane."""
-_BLOCK = 16
 
 
 class SeenFaces(NamedTuple):
@@ -36,14 +45,15 @@ class SeenFaces(NamedTuple):
     Parameters
     ----------
     corners : (n, CORNERS, 3) float64
-        Relative to the point [m].
+        Relative to the point, so ordered that lower edges go counter-clockwise around the zenith
+        [m].
     size : (n,) int32
         Corners of each.
     edge : (n, CORNERS) int32
         Edge from corner k to k + 1: its number, ``HORIZON`` or ``PLANE``.
     face : (n,) int32
-    slope : (n,) float64
-        No less than the tangent of the highest altitude.
+    bounds : (n, 4) float64
+        Tangents that no altitude is below, and above, and places in the turn, see ``find_outline``.
     sides : (n_edges,) uint8
         Bits 1 and 2: whether an edge has faces on its one and its other side.
     """
@@ -52,19 +62,8 @@ class SeenFaces(NamedTuple):
     size: NDArray[np.int32]
     edge: NDArray[np.int32]
     face: NDArray[np.int32]
-    slope: NDArray[np.float64]
+    bounds: NDArray[np.float64]
     sides: NDArray[np.uint8]
-
-
-@borrowing
-def _is_box_out(box, p, normal):
-    """Return whether a box lies below the horizon or behind the receiver's plane."""
-    if box[5] <= p[2]:
-        return True
-    most = 0.0
-    for k in range(3):
-        most += normal[k] * ((box[k + 3] if normal[k] > 0.0 else box[k]) - p[k])
-    return most <= 0.0
 
 
 @borrowing
@@ -79,65 +78,74 @@ def _find_distance(corners):
 
 
 @kernel
-def gather_faces(casters, p, normal, least, skylines, reaches):
+def gather_faces(casters, p, normal, covers, reaches, raises):
     """
     Find the faces that can cover sky before a plane.
 
     ``casters`` is a ``SkyCasters``, ``p`` the point and ``normal`` its plane's unit normal, (3,).
-    Faces that come less than ``least`` [m] before the plane are left out, and those below one of
-    the ``skylines`` (k, BINS), if they are farther away than its ``reaches`` (k,) [m], rising.
+    Faces within one of the ``covers`` (k, BINS, 6) are left out if they are farther away than its
+    ``reaches`` (k,) [m], rising. If this ``raises`` it, the faces add what they cover to the first
+    and only cover.
     """
-    vertices, faces, edges = casters.vertices, casters.faces, casters.edges
-    planes, boxes = casters.planes, casters.boxes
-    n_blocks = boxes.shape[0]
-    room = 0
-    is_out = np.zeros(n_blocks, np.bool_)
-    for block in range(n_blocks):
-        is_out[block] = _is_box_out(boxes[block], p, normal) or is_box_hidden(
-            skylines, reaches, boxes[block], p
-        )
-        if not is_out[block]:
-            room += _BLOCK
+    vertices, faces, edges, planes = casters.vertices, casters.faces, casters.edges, casters.planes
+    boxes = casters.boxes
+    is_group_hidden = False
+    room = 512
     corners = np.empty((room, CORNERS, 3))
     size = np.empty(room, np.int32)
     edge = np.empty((room, CORNERS), np.int32)
-    face, slope = np.empty(room, np.int32), np.empty(room)
+    face, bounds = np.empty(room, np.int32), np.empty((room, 4))
     sides = np.zeros(casters.n_edges, np.uint8)
     polygon, clipped = np.empty((CORNERS, 3)), np.empty((CORNERS, 3))
     keys, other = np.empty(CORNERS, np.int32), np.empty(CORNERS, np.int32)
+    arcs = np.empty((CORNERS, 4))
     level = np.array([0.0, 0.0, 1.0])
     n = 0
-    for block in range(n_blocks):
-        if is_out[block]:
+    groups = find_near(casters.box_boxes, p, normal)
+    for which in range(groups.size * BOXES):
+        group, member = groups[which // BOXES], which % BOXES
+        block = group * BOXES + member
+        if member == 0:
+            is_group_hidden = is_box_hidden(covers, reaches, casters.box_boxes[group], p)
+        if is_group_hidden or block >= boxes.shape[0]:
             continue
-        for f in range(block * _BLOCK, min(faces.shape[0], (block + 1) * _BLOCK)):
-            highest = -np.inf
-            nearest = -np.inf
-            for k in range(3):
-                ahead = 0.0
-                for j in range(3):
-                    polygon[k, j] = vertices[faces[f, k], j] - p[j]
-                    ahead += normal[j] * polygon[k, j]
-                highest = max(highest, polygon[k, 2])
-                nearest = max(nearest, ahead)
-                keys[k] = edges[f, k] >> 1
-            if highest <= 0.0 or nearest <= least:
-                continue
-            height = (
-                planes[f, 0] * polygon[0, 0]
-                + planes[f, 1] * polygon[0, 1]
-                + planes[f, 2] * polygon[0, 2]
-            )
+        if is_box_out(boxes[block], p, normal) or is_box_hidden(covers, reaches, boxes[block], p):
+            continue
+        if n + FACES > room:
+            room *= 2
+            corners, size, edge, face, bounds = _grow(corners, size, edge, face, bounds, n)
+        for f in range(block * FACES, min(faces.shape[0], (block + 1) * FACES)):
+            highest = nearest = -np.inf
+            lowest = farthest = np.inf
+            first = faces[f, 0]
+            height = 0.0
+            for j in range(3):
+                height += planes[f, j] * (vertices[first, j] - p[j])
             if abs(height) <= planes[f, 3]:
                 continue
-            layer = find_layer(reaches, _find_distance(polygon))
-            highest = find_highest(skylines[max(layer, 0)], polygon, 3, layer >= 0)
-            if highest < 0.0:
+            # In the order in which lower edges go counter-clockwise around the zenith.
+            for k in range(3):
+                c = k if height > 0.0 else 2 - k
+                ahead = 0.0
+                for j in range(3):
+                    polygon[k, j] = vertices[faces[f, c], j] - p[j]
+                    ahead += normal[j] * polygon[k, j]
+                highest, lowest = max(highest, polygon[k, 2]), min(lowest, polygon[k, 2])
+                nearest, farthest = max(nearest, ahead), min(farthest, ahead)
+                keys[k] = edges[f, c if height > 0.0 else (c + 2) % 3] >> 1
+            if highest <= 0.0 or nearest <= 0.0:
                 continue
-            m = _cut(polygon, keys, 3, level, HORIZON, clipped, other)
-            m = _cut(clipped, other, m, normal, PLANE, polygon, keys)
-            if m < 3:
+            low, high, start, end = find_outline(polygon, 3)
+            layer = 0 if raises else find_layer(reaches, _find_distance(polygon))
+            if layer >= 0 and is_hidden(covers[layer], start, end, low, high):
                 continue
+            m = 3
+            if lowest <= 0.0 or farthest <= 0.0:
+                m = _cut(polygon, keys, 3, level, HORIZON, clipped, other)
+                m = _cut(clipped, other, m, normal, PLANE, polygon, keys)
+                if m < 3:
+                    continue
+                low, high, start, end = find_outline(polygon, m)
             for k in range(3):
                 is_left = (height > 0.0) != (edges[f, k] & 1 == 1)
                 sides[edges[f, k] >> 1] |= 1 if is_left else 2
@@ -145,10 +153,44 @@ def gather_faces(casters, p, normal, least, skylines, reaches):
                 edge[n, k] = keys[k]
                 for j in range(3):
                     corners[n, k, j] = polygon[k, j]
-            size[n] = m
-            face[n], slope[n] = f, highest
+            size[n], face[n] = m, f
+            bounds[n, 0], bounds[n, 1], bounds[n, 2], bounds[n, 3] = low, high, start, end
             n += 1
-    return SeenFaces(corners[:n], size[:n], edge[:n], face[:n], slope[:n], sides)
+            if raises:
+                raise_cover(polygon, m, start, end, high, arcs, covers[0])
+    return SeenFaces(corners[:n], size[:n], edge[:n], face[:n], bounds[:n], sides)
+
+
+@kernel
+def _grow(corners, size, edge, face, bounds, n):
+    """Double the room of faces."""
+    room = 2 * size.size
+    more, keys = np.empty((room, CORNERS, 3)), np.empty((room, CORNERS), np.int32)
+    sizes, numbers = np.empty(room, np.int32), np.empty(room, np.int32)
+    outlines = np.empty((room, 4))
+    for i in range(n):
+        copy_rows(corners[i], more[i])
+        copy_numbers(edge[i], keys[i])
+        copy_numbers(bounds[i], outlines[i])
+        sizes[i], numbers[i] = size[i], face[i]
+    return more, sizes, keys, numbers, outlines
+
+
+@kernel
+def keep_above(seen, cover):
+    """Return the faces of a ``SeenFaces`` that a cover (BINS, 6) does not hide."""
+    above = np.empty(seen.size.size, np.int32)
+    arcs = np.empty((CORNERS, 4))
+    n = 0
+    for i in range(seen.size.size):
+        if not is_face_hidden(cover, seen.corners[i], seen.size[i], seen.bounds[i], arcs):
+            above[n] = i
+            n += 1
+    above = above[:n]
+    return SeenFaces(
+        seen.corners[above], seen.size[above], seen.edge[above], seen.face[above],
+        seen.bounds[above], seen.sides,
+    )  # fmt: skip
 
 
 @borrowing
@@ -182,33 +224,3 @@ def _cut(points, keys, n, normal, key, clipped, names):
             names[m] = key if here > 0.0 else keys[k]
             m += 1
     return m
-
-
-@borrowing
-def find_azimuths(corners, n):
-    """
-    Return the range of azimuths of a convex polygon above the horizon [radians].
-
-    The first is within a turn of 0, the second at most half a turn more; a whole turn for one that
-    holds the zenith, or may.
-    """
-    x = y = 0.0
-    lowest = np.inf
-    highest = -np.inf
-    scale = 0.0
-    for k in range(n):
-        after = k + 1 if k + 1 < n else 0
-        turn = corners[k, 0] * corners[after, 1] - corners[k, 1] * corners[after, 0]
-        lowest, highest = min(lowest, turn), max(highest, turn)
-        x, y = x + corners[k, 0], y + corners[k, 1]
-        scale = max(scale, abs(corners[k, 0]), abs(corners[k, 1]))
-    margin = 1e-12 * scale * scale
-    if lowest >= -margin or highest <= margin:
-        return -math.pi, math.pi
-    middle = math.atan2(y, x)
-    least = most = 0.0
-    for k in range(n):
-        turn = x * corners[k, 1] - y * corners[k, 0]
-        angle = math.atan2(turn, x * corners[k, 0] + y * corners[k, 1])
-        least, most = min(least, angle), max(most, angle)
-    return middle + least - 1e-9, middle + most + 1e-9

@@ -7,6 +7,7 @@ import numpy as np
 from umbra.kernels import kernel
 from umbra.sky.events import find_spans
 from umbra.sky.meridians import cut_face
+from umbra.sky.skyline import find_turn
 
 __all__ = ["find_heights"]
 
@@ -28,20 +29,22 @@ def find_heights(seen, toward):
     """
     spans, owner = find_spans(seen)
     n_spans = owner.size
-    angles = np.arctan2(toward[:, 1], toward[:, 0])
+    places = np.empty(toward.shape[0])
+    for k in range(toward.shape[0]):
+        places[k] = find_turn(toward[k, 0], toward[k, 1])
     active = np.empty(n_spans + 1, np.int32)
     low, high = np.empty(n_spans + 1), np.empty(n_spans + 1)
     altitudes = np.zeros(toward.shape[0])
     n_active = waiting = 0
-    for k in np.argsort(angles):
-        while waiting < n_spans and spans[waiting, 0] <= angles[k]:
+    for k in np.argsort(places):
+        while waiting < n_spans and spans[waiting, 0] <= places[k]:
             active[n_active] = waiting
             n_active += 1
             waiting += 1
         n = n_left = 0
         for q in range(n_active):
             span = active[q]
-            if spans[span, 1] < angles[k]:
+            if spans[span, 1] < places[k]:
                 continue
             active[n_left] = span
             n_left += 1

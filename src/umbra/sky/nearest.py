@@ -14,6 +14,7 @@ from umbra.kernels import borrowing, kernel
 from umbra.sky.events import find_spans
 from umbra.sky.gather import HORIZON, PLANE
 from umbra.sky.meridians import ZENITH, cut_face, find_slope
+from umbra.sky.skyline import find_turn
 from umbra.sky.sweep import place_bound
 from umbra.sky.tensors import add_arc
 
@@ -54,8 +55,8 @@ def add_shares(seen, casters, normal, events, moments, bands):
         ax, ay, bx, by = events[s, 0], events[s, 1], events[s + 1, 0], events[s + 1, 1]
         length = math.hypot(ax + bx, ay + by)
         dx, dy = (ax + bx) / length, (ay + by) / length
-        angle = math.atan2(dy, dx)
-        while waiting < n_spans and spans[waiting, 0] <= angle:
+        place = find_turn(dx, dy)
+        while waiting < n_spans and spans[waiting, 0] <= place:
             active[n_active] = waiting
             n_active += 1
             waiting += 1
@@ -63,7 +64,7 @@ def add_shares(seen, casters, normal, events, moments, bands):
         m, n_left, n_cut = 1, 0, 0
         for q in range(n_active):
             span = active[q]
-            if spans[span, 1] < angle:
+            if spans[span, 1] < place:
                 continue
             active[n_left] = span
             n_left += 1

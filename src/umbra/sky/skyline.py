@@ -1,31 +1,41 @@
 """
-A lower bound of a point's skyline, from vertical walls, that tells what cannot bound the free sky.
+What is known to be covered around a point, which tells what cannot bound the free sky.
 
-The turn is cut into bins. In each, everything up to a height (the tangent of an altitude) is known
-to be covered: where strips of walls cross the bin, and where they meet in it. What lies below that
-height in all its bins is left out of the sweep, which starts there instead of at the horizon.
+The turn is cut into bins. Of each, two intervals of altitude are known to be covered in the whole
+bin: one from the horizon on, and one above it, such as of houses on a hill, which seem to float as
+their ground is no part of the model. What lies within one of them in all its bins is left out of
+the sweep, which starts with both.
+
+Altitudes are given by their tangents. An edge, an arc of a great circle in the plane n . w = 0, has
+-(n_x d_x + n_y d_y) / n_z toward the level unit vector d, which is A cos(azimuth - B): concave
+above the horizon, and two of them differ by a sinusoid, too. So what holds at both sides of a bin,
+by one arc each, holds between them; and an arc is lowest at one of them.
 """
 
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
-from umbra.kernels import borrowing, copy_numbers, inlined, kernel
+from umbra.kernels import borrowing, inlined, kernel
 
 __all__ = [
-    "BINS", "CLEAR", "STRIPS", "find_bin", "find_highest", "find_layer", "find_skyline",
-    "find_skylines", "is_box_hidden", "look_along",
+    "BINS", "BOXES", "CLEAR", "FACES", "STRIPS", "add_interval", "find_bin", "find_cover_along",
+    "find_layer", "find_near", "find_outline", "find_turn", "is_box_hidden", "is_box_out",
+    "is_hidden", "look_along", "make_cover", "make_covers",
 ]  # fmt: skip
 
 BINS = 1024
 """Bins of the turn."""
-STRIPS = 16
-"""Strips that one box bounds."""
+CLEAR = 1e-9
+"""What is hidden lies this far within what covers it, as a share and as a tangent, for rounding."""
+FACES, STRIPS, BOXES = 8, 4, 8
+"""Faces, and strips of walls, that one box bounds; and boxes that one box of boxes does."""
 _QUARTER = BINS // 4
 _CURVED = 1.00001  # how far an arc rises above its ends within a bin
-_MEET = 1e-7  # of a bin: where two strips meet
-CLEAR = 1e-9
-"""Share of what is hidden that is left out, for rounding."""
+_MEET = 1e-7  # of a bin: how near to a side is at it
+_LEAST = 1e-3  # size of an interval above that is kept
+_GAP = 1e-12  # as of the sweep
 
 
 @inlined
@@ -38,31 +48,176 @@ def find_bin(x, y):
     return _QUARTER * (1.0 - share if y >= 0.0 else 3.0 + share)
 
 
+def _find_sides() -> NDArray[np.float64]:
+    """Return the unit directions of the bins' first sides, (BINS, 2), see ``find_bin``."""
+    share = np.arange(BINS) % _QUARTER / _QUARTER
+    x, y = (1.0 - share) / np.hypot(1.0 - share, share), share / np.hypot(1.0 - share, share)
+    quarter = np.arange(BINS) // _QUARTER
+    return np.column_stack([np.choose(quarter, [x, -y, -x, y]), np.choose(quarter, [y, x, -y, -x])])
+
+
+_SIDES = _find_sides()
+
+
+@inlined
+def find_turn(x, y):
+    """Return the place of a direction in the turn from azimuth -pi to pi, 0 to ``BINS``."""
+    return find_bin(-x, -y)
+
+
 @inlined
 def look_along(column):
-    """Return the direction of a bin's first side, not of unit length."""
-    quarter, rest = column // _QUARTER, (column % _QUARTER) / _QUARTER
-    if quarter == 0:
-        return 1.0 - rest, rest
-    if quarter == 1:
-        return -rest, 1.0 - rest
-    if quarter == 2:
-        return rest - 1.0, -rest
-    return rest, rest - 1.0
+    """Return the unit direction of a bin's first side; columns go on round the turn."""
+    b = column & (BINS - 1)
+    return _SIDES[b, 0], _SIDES[b, 1]
 
 
-@borrowing
-def _is_hidden(skyline, first, last, slope):
-    """Return whether all bins from first to last, which may pass the turn, reach above a slope."""
-    for b in range(first, last + 1):
-        if skyline[b % BINS] <= slope:
+@kernel
+def make_cover():
+    """
+    Return that nothing is known to be covered, (BINS, 6).
+
+    Tangents at both sides of each bin: up to where it is covered from the horizon on; and from
+    where, and up to where, by the interval above; the latter is infinite where there is none.
+    """
+    return make_covers(1)[0]
+
+
+@kernel
+def make_covers(n):
+    """Return n covers, (n, BINS, 6), see ``make_cover``."""
+    covers = np.zeros((n, BINS, 6))
+    for k in range(n):
+        for b in range(BINS):
+            covers[k, b, 2] = covers[k, b, 3] = math.inf
+            covers[k, b, 4] = covers[k, b, 5] = -math.inf
+    return covers
+
+
+@inlined
+def is_hidden(cover, start, end, low, high):
+    """Return whether all bins between two places hide what lies between two tangents."""
+    for column in range(math.floor(start - _MEET), math.floor(end + _MEET) + 1):
+        row = cover[column & (BINS - 1)]
+        if high < min(row[0], row[1]) * (1.0 - CLEAR) - CLEAR:
+            continue
+        if high >= min(row[4], row[5]) * (1.0 - CLEAR) - CLEAR:
+            return False
+        if low <= max(row[2], row[3]) * (_CURVED + CLEAR) + CLEAR:
             return False
     return True
 
 
+@inlined
+def find_cover_along(cover, x, y):
+    """
+    Return what a cover (BINS, 6) surely hides on the meridian toward (x, y).
+
+    Tangents: up to one from the horizon on, and from another to a third.
+    """
+    b = int(find_bin(x, y)) & (BINS - 1)
+    row = cover[b]
+    ax, ay = look_along(b)
+    bx, by = look_along(b + 1)
+    turn = ax * by - ay * bx
+    first, second = (x * by - y * bx) / turn, (ax * y - ay * x) / turn
+    top = (first * row[0] + second * row[1]) * (1.0 - CLEAR) - CLEAR
+    if row[2] == math.inf:
+        return top, math.inf, -math.inf
+    low = (first * row[2] + second * row[3]) * (1.0 + CLEAR) + CLEAR
+    high = (first * row[4] + second * row[5]) * (1.0 - CLEAR) - CLEAR
+    return (top, low, high) if low < high else (top, math.inf, -math.inf)
+
+
+@inlined
+def add_interval(row, low, next_low, high, next_high, replaces):
+    """
+    Add an interval of altitude to what covers a bin (6,), given by arcs at both of its sides.
+
+    It is united with one that it touches. Of two that it cannot be, the larger stays if this
+    ``replaces`` the other, else the first: nothing may have been left out for what goes.
+    """
+    if not (high >= low and next_high >= next_low):
+        return
+    if _touches(low, row[0]) and _touches(next_low, row[1]):
+        _raise_top(row, high, next_high)
+    elif row[2] == math.inf:
+        if _find_size(low, high) > _LEAST:
+            row[2], row[3], row[4], row[5] = low, next_low, high, next_high
+    elif (
+        _touches(low, row[4])
+        and _touches(next_low, row[5])
+        and _touches(row[2], high)
+        and _touches(row[3], next_high)
+    ):
+        if low <= row[2] and next_low <= row[3]:
+            row[2], row[3] = low, next_low
+        if high >= row[4] and next_high >= row[5]:
+            row[4], row[5] = high, next_high
+    elif replaces and _find_size(low, high) > _find_size(row[2], row[4]):
+        row[2], row[3], row[4], row[5] = low, next_low, high, next_high
+    if row[2] <= row[0] and row[3] <= row[1]:
+        _raise_top(row, row[4], row[5])
+        if row[4] <= row[0] and row[5] <= row[1]:
+            row[2] = row[3] = math.inf
+            row[4] = row[5] = -math.inf
+
+
+@inlined
+def _find_size(low, high):
+    """Return a measure of what is between two tangents, of 1 in all."""
+    return high / (1.0 + high) - low / (1.0 + low)
+
+
+@inlined
+def _touches(low, high):
+    """Return whether an interval from a tangent on begins in or at one that ends at another."""
+    return low <= high + _GAP * (1.0 + high * high)
+
+
+@inlined
+def _raise_top(row, high, next_high):
+    """Raise what is covered from the horizon on, where it is lowest and in all."""
+    if min(high, next_high) >= min(row[0], row[1]) and high + next_high > row[0] + row[1]:
+        row[0], row[1] = high, next_high
+
+
+@inlined
+def find_outline(corners, n):
+    """
+    Bound a convex polygon as seen from the origin, given by ``n`` corners above the horizon.
+
+    Returns tangents that no altitude is below, and above, and the places in the turn where it
+    starts and ends, 0 to 3 ``BINS``. The highest is infinite where nothing is known.
+    """
+    low, high = math.inf, 0.0
+    middle = find_bin(corners[0, 0], corners[0, 1])
+    least = most = 0.0
+    for k in range(n):
+        x, y = corners[k, 0], corners[k, 1]
+        along = math.sqrt(x * x + y * y)
+        if along == 0.0:
+            return 0.0, math.inf, 0.0, 0.0
+        slope = corners[k, 2] / along
+        low, high = min(low, slope), max(high, slope)
+        turn = find_bin(x, y) - middle
+        if turn > BINS / 2:
+            turn -= BINS
+        elif turn < -BINS / 2:
+            turn += BINS
+        least, most = min(least, turn), max(most, turn)
+    if most - least > _QUARTER:
+        return 0.0, math.inf, 0.0, 0.0
+    # An arc rises above its ends by no more than the cosine of half its angle; a bin has at most
+    # 8 / BINS, and a cosine is no less than the first two terms of its series.
+    half = (most - least) * (4.0 / BINS)
+    high *= (1.0 + CLEAR) / (1.0 - half * half / 2.0)
+    return low * (1.0 - CLEAR), high, middle + least + BINS, middle + most + BINS
+
+
 @borrowing
 def find_layer(reaches, near):
-    """Return the layer of skylines of what is nearer than a distance; -1 for none."""
+    """Return the layer of covers by what is nearer than a distance; -1 for none."""
     layer = reaches.size - 1
     while layer >= 0 and reaches[layer] > near:
         layer -= 1
@@ -70,173 +225,57 @@ def find_layer(reaches, near):
 
 
 @borrowing
-def is_box_hidden(skylines, reaches, box, p):
-    """Return whether a box (6,) lies below the skyline of what is nearer to a point."""
+def is_box_hidden(covers, reaches, box, p):
+    """Return whether a box (6,) lies within what is known to be covered by what is nearer."""
     low_x, low_y, high_x, high_y = box[0] - p[0], box[1] - p[1], box[3] - p[0], box[4] - p[1]
-    near_x = max(low_x, -high_x, 0.0)
-    near_y = max(low_y, -high_y, 0.0)
-    near = math.hypot(near_x, near_y)
+    near_x, near_y = max(low_x, -high_x, 0.0), max(low_y, -high_y, 0.0)
+    near = math.sqrt(near_x * near_x + near_y * near_y)
     layer = find_layer(reaches, near)
     if near == 0.0 or layer < 0:
         return False
-    slope = (box[5] - p[2]) / near * (1.0 + CLEAR)
-    middle = find_bin((low_x + high_x) / 2, (low_y + high_y) / 2)
-    least = most = 0.0
-    for k in range(4):
-        turn = find_bin(low_x if k & 1 else high_x, low_y if k & 2 else high_y) - middle
-        turn -= BINS * round(turn / BINS)
-        least, most = min(least, turn), max(most, turn)
-    if most - least > _QUARTER:
-        return False
-    first = math.floor(middle + least - _MEET) + BINS
-    last = math.floor(middle + most + _MEET) + BINS
-    return _is_hidden(skylines[layer], first, last, slope)
-
-
-@borrowing
-def find_highest(skyline, corners, n, may_hide):
-    """
-    Bound the tangent of the altitude of a convex polygon from above; -1 if it is hidden.
-
-    Given by ``n`` corners relative to the point; hidden is what lies below the point's skyline,
-    if it ``may_hide`` this.
-    """
-    slope = 0.0
-    middle = find_bin(corners[0, 0], corners[0, 1])
-    least = most = 0.0
-    for k in range(n):
-        x, y, z = corners[k, 0], corners[k, 1], corners[k, 2]
-        along = math.hypot(x, y)
-        if along == 0.0:
-            return math.inf
-        slope = max(slope, z / along)
-        turn = find_bin(x, y) - middle
-        turn -= BINS * round(turn / BINS)
-        least, most = min(least, turn), max(most, turn)
-    if most - least > _QUARTER:
-        return math.inf
-    # An arc rises above its ends by the cosine of half its angle, at most this:
-    slope *= (1.0 + CLEAR) / math.cos((most - least) * (4.0 / BINS))
-    first = math.floor(middle + least - _MEET) + BINS
-    last = math.floor(middle + most + _MEET) + BINS
-    return -1.0 if may_hide and _is_hidden(skyline, first, last, slope) else slope
-
-
-@kernel
-def find_skylines(strips, boxes, p, nearest):
-    """
-    Find the skylines of what is nearer than some distances, ``nearest`` and its doubles.
-
-    Returns them, (n, BINS), and the distances (n,) [m].
-    """
-    far = nearest
-    for b in range(boxes.shape[0]):
-        for k in range(2):
-            far = max(far, abs(boxes[b, k] - p[k]), abs(boxes[b, 3 + k] - p[k]))
-    n = 1 + math.ceil(math.log2(far / nearest))
-    skylines, reaches = np.zeros((n, BINS)), np.zeros(n)
-    for k in range(n):
-        reaches[k] = nearest * 2.0**k
-        copy_numbers(find_skyline(strips, boxes, p, reaches[k]), skylines[k])
-    return skylines, reaches
-
-
-@kernel
-def find_skyline(strips, boxes, p, farthest):
-    """
-    Find up to which slope each bin is covered from the horizon on, (BINS,), 0 where unknown.
-
-    Parameters
-    ----------
-    strips : (n, 8) float64
-        From ``find_strips``.
-    boxes : (m, 6) float64
-        Around each ``STRIPS`` of them.
-    p : (3,) float64
-    farthest : float
-        Only strips within this horizontal distance [m].
-    """
-    alone, always = np.zeros((1, BINS)), np.zeros(1)
-    skyline = alone[0]
-    # Of each bin what covers it from its first side to a place, and from a place to its last side.
-    first_part, last_part = np.zeros((BINS, 2)), np.zeros((BINS, 2))
-    for b in range(BINS):
-        last_part[b, 0] = 1.0
-    distance = np.empty(boxes.shape[0])
-    for b in range(boxes.shape[0]):
-        x = max(boxes[b, 0] - p[0], p[0] - boxes[b, 3], 0.0)
-        y = max(boxes[b, 1] - p[1], p[1] - boxes[b, 4], 0.0)
-        distance[b] = x * x + y * y if boxes[b, 5] > p[2] else np.inf
-        far_x = max(abs(boxes[b, 0] - p[0]), abs(boxes[b, 3] - p[0]))
-        far_y = max(abs(boxes[b, 1] - p[1]), abs(boxes[b, 4] - p[1]))
-        if math.hypot(far_x, far_y) > farthest:
-            distance[b] = np.inf
-    for b in np.argsort(distance):
-        if distance[b] == np.inf:
-            break
-        if is_box_hidden(alone, always, boxes[b], p):
-            continue
-        for s in range(b * STRIPS, min(strips.shape[0], (b + 1) * STRIPS)):
-            _add_strip(strips[s], p, skyline, first_part, last_part)
-    return skyline
-
-
-@borrowing
-def _add_strip(strip, p, skyline, first_part, last_part):
-    """Raise the skyline by a strip of wall."""
-    ax, ay, az = strip[0] - p[0], strip[1] - p[1], strip[2] - p[2]
-    bx, by, bz = strip[3] - p[0], strip[4] - p[1], strip[5] - p[2]
-    level = max(strip[6] - p[2], 0.0)
-    if az <= level and bz <= level:
-        return
-    turn = ax * by - ay * bx
-    if abs(turn) <= strip[7] * math.hypot(bx - ax, by - ay):
-        return
-    if turn < 0.0:
-        ax, ay, az, bx, by, bz = bx, by, bz, ax, ay, az
-    start, end = find_bin(ax, ay), find_bin(bx, by)
+    # The corners at both ends, as seen from the point, by the sides of the box where it lies.
+    first_x = last_x = low_x if low_x > 0.0 else high_x
+    first_y = last_y = low_y if low_y > 0.0 else high_y
+    if low_y > 0.0:
+        first_x, last_x = high_x, low_x
+    elif high_y < 0.0:
+        first_x, last_x = low_x, high_x
+    if low_x > 0.0:
+        first_y, last_y = low_y, high_y
+    elif high_x < 0.0:
+        first_y, last_y = high_y, low_y
+    start, end = find_bin(first_x, first_y), find_bin(last_x, last_y)
     if end < start:
         end += BINS
-    first, last = math.ceil(start), math.floor(end)
-    if first > last:
-        return
-    before_top, before_low = az / math.hypot(ax, ay), level / math.hypot(ax, ay)
-    for column in range(first, last + 2):
-        if column <= last:
-            dx, dy = look_along(column % BINS)
-            u, v = dx * ay - dy * ax, dx * by - dy * bx
-            share = min(max(u / (u - v), 0.0), 1.0) if u != v else 0.0
-            along = dx * (ax + share * (bx - ax)) + dy * (ay + share * (by - ay))
-            along /= math.hypot(dx, dy)
-            top, low = (az + share * (bz - az)) / along, level / along
-        else:
-            along = math.hypot(bx, by)
-            top, low = bz / along, level / along
-        b = (column - 1) % BINS
-        slope = min(before_top, top) * (1.0 - CLEAR)  # so that the wall itself is above it
-        if slope > skyline[b] and max(before_low, low) * _CURVED <= skyline[b]:
-            from_, to = 0.0, 1.0
-            if column == first:
-                from_ = start - (column - 1)
-            if column > last:
-                to = end - (column - 1)
-            _cover_bin(b, from_, to, slope, skyline, first_part, last_part)
-        before_top, before_low = top, low
+    if end - start > _QUARTER:
+        return False
+    far_x, far_y = max(-low_x, high_x), max(-low_y, high_y)
+    far = math.sqrt(far_x * far_x + far_y * far_y)
+    low, high = (box[2] - p[2]) / far, (box[5] - p[2]) / near
+    return is_hidden(covers[layer], start, end, low, high)
 
 
-@borrowing
-def _cover_bin(b, start, end, slope, skyline, first_part, last_part):
-    """Cover a bin, or its first or last part, up to a slope."""
-    if start <= _MEET and end >= 1.0 - _MEET:
-        skyline[b] = slope
-        return
-    if start <= _MEET:
-        part = first_part[b]
-        if end * slope > part[0] * part[1]:
-            part[0], part[1] = end, slope
-    else:
-        part = last_part[b]
-        if (1.0 - start) * slope > (1.0 - part[0]) * part[1]:
-            part[0], part[1] = start, slope
-    if first_part[b, 0] >= last_part[b, 0] - _MEET:
-        skyline[b] = max(skyline[b], min(first_part[b, 1], last_part[b, 1]))
+@inlined
+def is_box_out(box, p, normal):
+    """Return whether a box (6,) lies below a point's horizon or behind its plane."""
+    if box[5] <= p[2]:
+        return True
+    most = 0.0
+    for k in range(3):
+        most += normal[k] * ((box[k + 3] if normal[k] > 0.0 else box[k]) - p[k])
+    return most <= 0.0
+
+
+@kernel
+def find_near(boxes, p, normal):
+    """Find the boxes (n, 6) above a point's horizon and before its plane, near ones first."""
+    near, which = np.empty(boxes.shape[0]), np.empty(boxes.shape[0], np.int32)
+    n = 0
+    for k in range(boxes.shape[0]):
+        box = boxes[k]
+        if not is_box_out(box, p, normal):
+            x = max(box[0] - p[0], p[0] - box[3], 0.0)
+            y = max(box[1] - p[1], p[1] - box[4], 0.0)
+            near[n], which[n] = x * x + y * y, k
+            n += 1
+    return which[np.argsort(near[:n])]

@@ -14,10 +14,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.kernels import borrowing, copy_numbers, copy_rows, inner, kernel
+from umbra.kernels import borrowing, copy_numbers, copy_rows, kernel
 from umbra.sky.gather import HORIZON, PLANE
 from umbra.sky.meridians import ZENITH, cut_edge, cut_face, cut_plane, find_slope
-from umbra.sky.skyline import BINS, find_bin
+from umbra.sky.skyline import find_cover_along, find_turn
 from umbra.sky.tensors import add_arc
 
 __all__ = ["Pieces", "find_pieces", "integrate", "place_bound"]
@@ -67,12 +67,12 @@ def place_bound(seen, code, normal, dx, dy):
 
 
 @kernel
-def find_pieces(seen, normal, events, spans, owner, skyline):
+def find_pieces(seen, normal, events, spans, owner, cover):
     """
     Find the pieces of the free upper sky before a plane.
 
     ``seen`` is a ``SeenFaces``, ``events`` from ``find_events``, ``spans`` and ``owner`` from
-    ``find_spans``, ``skyline`` (BINS,) from ``find_skyline``.
+    ``find_spans``, ``cover`` (BINS, 6) what is known to be covered.
     """
     n_faces = seen.size.size
     room = 2 * events.shape[0] + 16
@@ -85,42 +85,41 @@ def find_pieces(seen, normal, events, spans, owner, skyline):
     wide = n_faces + 1  # of several faces; n_faces is the plane
     low, high = np.empty(n_faces + 2), np.empty(n_faces + 2)
     low_code, high_code = np.empty(n_faces + 2, np.int32), np.empty(n_faces + 2, np.int32)
-    least = _find_lowest(seen)
     stamp = np.full(n_faces + 1, -1, np.int64)
     low_code[n_faces] = high_code[n_faces] = PLANE
     lead, now = np.empty(_LEADS, np.int32), np.empty(_LEADS, np.int32)
     n_active = n_lead = waiting = 0
-    angle = -math.pi
     for s in range(events.shape[0] - 1):
         ax, ay, bx, by = events[s, 0], events[s, 1], events[s + 1, 0], events[s + 1, 1]
         dx, dy = ax + bx, ay + by
         length = math.hypot(dx, dy)
         dx, dy = dx / length, dy / length
-        angle = math.atan2(dy, dx)
-        while waiting < n_spans and spans[waiting, 0] <= angle:
+        place = find_turn(dx, dy)
+        while waiting < n_spans and spans[waiting, 0] <= place:
             active[n_active] = waiting
             n_active += 1
             waiting += 1
-        top, code = skyline[int(find_bin(dx, dy)) % BINS], HORIZON
+        top, low[wide], high[wide] = find_cover_along(cover, dx, dy)
+        top, code = max(top, 0.0), HORIZON
+        low_code[wide] = high_code[wide] = HORIZON
         # Of each face its interval of this meridian. Those that go on from what is covered raise it
         # at once, those that meet the first other interval widen it, and the rest is sorted by
         # where it starts. Faces that did so in the last slice come first, as what they cover needs
         # no look then.
         n_left = n_cut = n_now = 0
-        low[wide], high[wide] = math.inf, -math.inf
         for q in range(n_lead + n_active):
             if q < n_lead:
                 i = lead[q]
             else:
                 span = active[q - n_lead]
-                if spans[span, 1] < angle:
+                if spans[span, 1] < place:
                     continue
                 active[n_left] = span
                 n_left += 1
                 i = owner[span]
-            if seen.slope[i] <= top or stamp[i] == s:
+            if seen.bounds[i, 1] <= top or stamp[i] == s:
                 continue
-            if seen.slope[i] <= high[wide] and least[i] >= low[wide]:
+            if seen.bounds[i, 1] <= high[wide] and seen.bounds[i, 0] >= low[wide]:
                 continue
             stamp[i] = s
             lower, upper, p, r = cut_face(seen.corners[i], seen.size[i], dx, dy)
@@ -184,20 +183,6 @@ def _insert(cut, n, low, i):
         at -= 1
     cut[at] = i
     return n + 1
-
-
-@inner
-def _find_lowest(seen):
-    """Return the tangent of each face's lowest altitude, which is at a corner, (n,)."""
-    slopes = np.empty(seen.size.size)
-    for i in range(seen.size.size):
-        slope = math.inf
-        for k in range(seen.size[i]):
-            x, y, z = seen.corners[i, k]
-            along = math.hypot(x, y)
-            slope = min(slope, z / along if along > 0.0 else math.inf)
-        slopes[i] = slope
-    return slopes
 
 
 @kernel

@@ -6,16 +6,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.errors import InputError
-from umbra.kernels import copy_numbers, kernel, run_shared, take_next
+from umbra.kernels import kernel, run_shared, take_next
 from umbra.machine import choose_threads, use_threads
 from umbra.sky.casters import SkyCasters
 from umbra.sky.events import find_events, find_spans
-from umbra.sky.gather import gather_faces
+from umbra.sky.gather import gather_faces, keep_above
 from umbra.sky.nearest import add_shares
-from umbra.sky.occluders import keep_above, raise_skyline
-from umbra.sky.skyline import BINS, find_skyline, find_skylines
+from umbra.sky.skyline import make_cover, make_covers
 from umbra.sky.sweep import find_pieces, integrate
 from umbra.sky.tensors import find_open, sum_tensors
+from umbra.sky.wall_cover import cover_by_walls, find_wall_covers
 
 __all__ = ["PointSkies", "find_seen", "measure_sky", "trace_bands", "trace_free_sky"]
 
@@ -100,22 +100,20 @@ def measure_sky(
 @kernel
 def find_seen(casters, p, normal):
     """Find the faces that a point sees or may see, (``SeenFaces``); hidden ones may be left out."""
-    layers = find_skylines(casters.strips, casters.strip_boxes, p, _NEAREST)
-    return gather_faces(casters, p, normal, 0.0, layers[0], layers[1])
+    covers, reaches = find_wall_covers(casters, p, normal, _NEAREST)
+    return gather_faces(casters, p, normal, covers, reaches, False)
 
 
 @kernel
 def trace_free_sky(casters, p, normal):
     """Find the pieces of the free upper sky before a plane through a point, and its faces."""
-    skylines, reaches = np.zeros((1, BINS)), np.zeros(1)
-    skyline = skylines[0]
-    copy_numbers(find_skyline(casters.strips, casters.strip_boxes, p, np.inf), skyline)
-    seen = gather_faces(casters, p, normal, 0.0, skylines, reaches)
-    raise_skyline(seen, skyline)
-    seen = keep_above(seen, skyline)
-    events = find_events(seen, normal, np.zeros(casters.n_edges, np.bool_), skyline)
+    covers, reaches = make_covers(1), np.zeros(1)
+    cover_by_walls(casters, p, normal, np.inf, covers)
+    seen = gather_faces(casters, p, normal, covers, reaches, True)
+    seen = keep_above(seen, covers[0])
+    events = find_events(seen, normal, np.zeros(casters.n_edges, np.bool_), covers[0])
     spans, owner = find_spans(seen)
-    return seen, find_pieces(seen, normal, events, spans, owner, skyline)
+    return seen, find_pieces(seen, normal, events, spans, owner, covers[0])
 
 
 @kernel
@@ -137,7 +135,7 @@ def _share(casters, points, normals, shares, taken):
         if i >= points.shape[0]:
             return
         seen = find_seen(casters, points[i], normals[i])
-        events = find_events(seen, normals[i], casters.is_between, np.zeros(BINS))
+        events = find_events(seen, normals[i], casters.is_between, make_cover())
         moments = np.zeros((shares.shape[1], 7))
         bands = np.empty((0, 10))
         add_shares(seen, casters, normals[i], events, moments, bands)
@@ -150,7 +148,7 @@ def trace_bands(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the bands of ``add_shares`` that objects take before a plane, and the events."""
     seen = find_seen(casters, p, normal)
-    events = find_events(seen, normal, casters.is_between, np.zeros(BINS))
+    events = find_events(seen, normal, casters.is_between, make_cover())
     moments = np.zeros((objects, 7))
     count = add_shares(seen, casters, normal, events, moments, np.empty((0, 10)))
     bands = np.zeros((count, 10))

@@ -7,7 +7,7 @@ if TYPE_CHECKING:
     from umbra.study.finer import FinerHours, count_finer
     from umbra.study.options import StudyOptions
     from umbra.study.preview import Preview, make_preview, refine_preview
-    from umbra.study.result import Study, split_dates, tell_dates
+    from umbra.study.result import Study, name_dates, split_dates, tell_dates
     from umbra.study.shadow_study import run, run_study
     from umbra.study.shown_samples import show_samples
 
@@ -23,6 +23,7 @@ _HOMES = {
     "run_study": "umbra.study.shadow_study",
     "show_samples": "umbra.study.shown_samples",
     "split_dates": "umbra.study.result",
+    "name_dates": "umbra.study.result",
     "tell_dates": "umbra.study.result",
 }
 
@@ -33,6 +34,7 @@ __all__ = [
     "StudyOptions",
     "count_finer",
     "make_preview",
+    "name_dates",
     "refine_preview",
     "run",
     "run_study",

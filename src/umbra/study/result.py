@@ -17,7 +17,7 @@ from umbra.study.accumulators.arrays import find_shaded_share
 from umbra.study.accumulators.step_masks import Masks
 from umbra.study.attributes import find_attributes
 from umbra.study.measures import Quantity
-from umbra.sun import Site, Steps, SunPath
+from umbra.sun import Site, Steps, SunPath, name_date
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from umbra.study.accumulators.named_hours import GroupDays
     from umbra.study.area_table import AreaTable
 
-__all__ = ["Study", "Variables", "split_dates", "tell_dates"]
+__all__ = ["Study", "Variables", "name_dates", "split_dates", "tell_dates"]
 
 _SMALL = 1_000_000  # values that a dataset holds at once, to show them
 _LAID_OUT = ("x", "y", "grid", "heights", "ground", "places", "samples")
@@ -295,8 +295,14 @@ def split_dates(study: AnyStudy) -> list[AnyStudy]:
     ]
 
 
+def name_dates(study: "Study") -> str:
+    """Name the date of the hours in words, or the number of dates summed; nothing without dates."""
+    days = study.period.days
+    return name_date(days[0]) if len(days) == 1 else tell_dates(study)
+
+
 def tell_dates(study: "Study") -> str:
-    """Name the date of the hours, or the number of dates summed; nothing without dates."""
+    """Tell the date of the hours as 2026-03-21, or the number of dates summed, if there are any."""
     days = study.period.days
     if not days:
         return ""

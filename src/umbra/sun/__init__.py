@@ -8,7 +8,7 @@ Data flows one way::
 """
 
 from umbra.sun.clock import Steps, make_steps
-from umbra.sun.date_words import name_date, parse_dates
+from umbra.sun.date_words import name_date, name_days, parse_dates
 from umbra.sun.day_times import sun_light
 from umbra.sun.position import Daylight, SunPath, find_daylight, find_sun
 from umbra.sun.site import Site, find_site
@@ -23,6 +23,7 @@ __all__ = [
     "find_sun",
     "make_steps",
     "name_date",
+    "name_days",
     "parse_dates",
     "sun_light",
 ]

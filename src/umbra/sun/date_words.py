@@ -19,7 +19,8 @@ from umbra.sun.local_time import parse_date
 from umbra.sun.position import find_longitude
 
 __all__ = [
-    "TERMS", "Date", "find_term_day", "is_term", "name_date", "parse_dates", "tell_skipped",
+    "TERMS", "Date", "find_term_day", "is_term", "name_date", "name_days", "parse_dates",
+    "tell_skipped",
 ]  # fmt: skip
 
 TERMS = {
@@ -85,6 +86,20 @@ _EVERY_MONTH = re.compile(r"([0-9]{4})-\*-([0-9]{1,2})")
 def name_date(day: dt.date) -> str:
     """Write a date in words: 21 March 2026."""
     return f"{day.day} {calendar.month_name[day.month]} {day.year}"
+
+
+def name_days(days: Sequence[dt.date], most: int) -> str:
+    """Write dates in words, each year once; of more than ``most`` the number and the ends."""
+    if len(days) > most:
+        return f"{len(days)} days from {name_date(days[0])} to {name_date(days[-1])}"
+    nexts = (*days[1:], None)
+    named = [
+        name_date(day) if after is None or after.year != day.year
+        else name_date(day).rpartition(" ")[0]
+        for day, after in zip(days, nexts, strict=True)
+    ]  # fmt: skip
+    *others, last = named
+    return f"{', '.join(others)} and {last}" if others else last
 
 
 def parse_dates(

@@ -3,8 +3,8 @@
 // Data flows one way: a control or a gesture sets the state; a frame later the picture and the
 // controls are brought to it.
 
-import { nameZone, tellMinutes } from "./clock.js";
-import { Daylight } from "./daylight.js";
+import { nameZone, tellDate, tellMinutes } from "./clock.js";
+import { Daylight, tellSun } from "./daylight.js";
 import { fill } from "./dom.js";
 import { makeFrame } from "./frame.js";
 import { layHours } from "./hours.js";
@@ -60,7 +60,7 @@ export class App {
     });
     /** what a first view shows: all, or where most of it stands */
     const built = findBuilt(model),
-      dense = findDense(model, this.thingOf);
+      dense = findDense(model, this.thingOf, built);
     this.box = dense ?? built;
     this.notes = [...config.notes, ...(dense ? [SPARSE] : [])];
     const [low, high] = this.box;
@@ -134,6 +134,7 @@ export class App {
       share.keys,
     );
     this.stage.renderer.ground = this.ground;
+    this.timebar.update(this.state); // it is as high now as it stays: the picture is drawn once
     this.#layHours();
     if (!opening.isLinked && config.isFramed)
       this.orbit.set(this.frameAll(this.state.viewpoint, this.box));
@@ -145,7 +146,8 @@ export class App {
     whole.addEventListener("keydown", (event) => this.#keyElsewhere(/** @type {KeyboardEvent} */ (event)), { signal });
     if (config.hasLink)
       addEventListener("hashchange", () => this.#follow(location.hash), { signal });
-    this.watch = new ResizeObserver(() => this.redraw());
+    // Its first call may tell the size that has just been drawn.
+    this.watch = new ResizeObserver(() => this.stage.isFitted || this.redraw());
     this.watch.observe(this.stage.canvas);
     this.redraw();
   }
@@ -336,7 +338,7 @@ export class App {
     const { state, sun, config } = this,
       { site } = this.daylight;
     const when = site
-      ? `${state.date} ${tellMinutes(state.minutes)} ${nameZone(site.zone, this.daylight.instant(state))}`
+      ? `${tellDate(state.date)}, ${tellMinutes(state.minutes)} ${nameZone(site.zone, this.daylight.instant(state))}`
       : "";
     const hours = state.hasSunHours && describeHours(this);
     return [
@@ -344,7 +346,7 @@ export class App {
       tellMove(this.proposal),
       ...(hours
         ? [`${hours.title}, ${hours.when}`]
-        : [when, `sun ${sun.altitude.toFixed(1)}° high, azimuth ${sun.azimuth.toFixed(1)}°`]),
+        : [when, tellSun(sun)]),
       "umbra",
     ]
       .filter(Boolean)

@@ -92,6 +92,16 @@ export const isDate = (text) => {
   return !Number.isNaN(parsed) && new Date(parsed).toISOString().startsWith(text);
 };
 
+const longDate = new Intl.DateTimeFormat("en-GB", {
+  day: "numeric", month: "long", year: "numeric", timeZone: "UTC",
+});
+
+/**
+ * Show a date in words: ``21 March 2026``.
+ * @param {string} date
+ */
+export const tellDate = (date) => longDate.format(Date.parse(date));
+
 /**
  * Show minutes since midnight as ``HH:MM``.
  * @param {number} minutes

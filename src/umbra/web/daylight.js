@@ -25,6 +25,18 @@ import { RIM, describeSun, findSpells, findSun, makeDirection } from "./sun.js";
  * @property {Sun[]} path every ten minutes
  */
 
+const WINDS = "N NNE NE ENE E ESE SE SSE S SSW SW WSW W WNW NW NNW".split(" ");
+
+/**
+ * Say where a sun stands.
+ * @param {Sun} sun
+ */
+export const tellSun = ({ altitude, azimuth, isBehind }) =>
+  altitude > 0
+    ? `sun ${altitude.toFixed(1)}° high in the ${WINDS[Math.round(azimuth / 22.5) % 16]} ` +
+      `(${azimuth.toFixed(1)}°)${isBehind ? ", behind the land" : ""}`
+    : `the sun is ${(-altitude).toFixed(1)}° below the horizon`;
+
 const STEP = 600000; // of a path [ms]
 const MOST = 40; // days that are kept
 

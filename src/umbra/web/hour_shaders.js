@@ -25,16 +25,45 @@ void main() {
 export const INK = makeInk(false);
 export const CUT_INK = makeInk(true);
 
-/** How many of the wanted bits are set in each pixel's four bytes, in steps of 1 / 255. */
+/**
+ * Faces each in an ink of its own, which no interpolation rounds.
+ * @param {boolean} isCut whether they end at a section
+ */
+const makeFacing = (isCut) => ({
+  vertex: `${HEAD}${PLACE}${isCut ? MEASURE_CUT : ""}
+layout(location = 0) in vec3 place;
+layout(location = 1) in vec4 bits;
+flat out vec4 ink;
+void main() {
+  ink = bits;
+  vec3 at = fromEye(place);
+  gl_Position = projection * vec4(at, 1.0);
+  ${isCut ? "measureCut(at);" : ""}
+}`,
+  fragment: `${HEAD}${isCut ? END_AT_CUT : ""}
+flat in vec4 ink;
+out vec4 color;
+void main() {
+  ${isCut ? "endAtCut();" : ""}
+  color = ink;
+}`,
+});
+export const FACING = makeFacing(false);
+export const CUT_FACING = makeFacing(true);
+
+/** How many of the wanted bits are set in both of each pixel's four bytes, in steps of 1 / 255. */
 export const SUM = {
   vertex: COVER,
   fragment: `${HEAD}
-uniform sampler2D masks;
+uniform sampler2D masks, facing;
 uniform int wanted;
 out vec4 color;
+uint read(sampler2D picture) {
+  uvec4 bytes = uvec4(round(texelFetch(picture, ivec2(gl_FragCoord.xy), 0) * 255.0));
+  return bytes.r | bytes.g << 8 | bytes.b << 16 | bytes.a << 24;
+}
 void main() {
-  uvec4 bytes = uvec4(round(texelFetch(masks, ivec2(gl_FragCoord.xy), 0) * 255.0));
-  uint bits = (bytes.r | bytes.g << 8 | bytes.b << 16 | bytes.a << 24) & uint(wanted);
+  uint bits = read(masks) & read(facing) & uint(wanted);
   bits -= (bits >> 1) & 0x55555555u;
   bits = (bits & 0x33333333u) + ((bits >> 2) & 0x33333333u);
   bits = (bits + (bits >> 4)) & 0x0f0f0f0fu;
@@ -54,7 +83,7 @@ vec3 findHours() {
   if (sum.g < 0.5) sum = texture(sums, at + vec2(step.x, 0.0));
   if (sum.g < 0.5) sum = texture(sums, at + vec2(-step.x, 0.0));
   if (sum.g < 0.5) sum = texture(sums, at + vec2(0.0, step.y));
-  float lit = sum.r * 255.0;
+  float lit = 255.0 * sum.r / max(sum.g, 0.5); // of a coarse sum between pixels, some may show none
   float last = float(textureSize(ramp, 0).x - 1);
   // The first colour is that of no instant at all.
   float color = lit < 0.5 ? 0.0 : 1.0 + min(lit / most, 1.0) * (last - 1.0);

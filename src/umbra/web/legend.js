@@ -1,6 +1,6 @@
 // The key of hours of sun, over the picture and in what is saved of it.
 
-import { nameZone, tellMinutes } from "./clock.js";
+import { nameZone, tellDate, tellMinutes } from "./clock.js";
 import { STEP } from "./steps.js";
 
 /**
@@ -26,14 +26,10 @@ const WHOLE = [1, 2, 3, 4, 6]; // hours between figures
 export const describeHours = ({ state, sunHours, daylight }) => {
   const { site } = daylight;
   if (!state.hasSunHours || !site || !sunHours.layer) return null;
-  const [from, to] = state.interval.map(tellMinutes),
-    [year, month, day] = state.date.split("-").map(Number);
-  const date = new Date(Date.UTC(year, month - 1, day)).toLocaleDateString("en-GB", {
-    day: "numeric", month: "long", year: "numeric", timeZone: "UTC",
-  });
+  const [from, to] = state.interval.map(tellMinutes);
   const clock = nameZone(site.zone, daylight.instant({ ...state, minutes: state.interval[0] }));
   return {
-    title: `Hours of sun, ${date}`,
+    title: `Hours of sun, ${tellDate(state.date)}`,
     when: `${from}–${to} ${clock}`,
     note: sunHours.isWhole ? `steps of ${STEP} min` : "coarse, being counted",
     colors: sunHours.colors,

@@ -176,7 +176,10 @@ export class Model {
    * @returns {Vec3}
    */
   faceNormal(face) {
-    const [x, y, z] = [0, 1, 2].map((row) => this.planes[row * this.faceCount + face]);
+    const { planes, faceCount: n } = this,
+      x = planes[face],
+      y = planes[n + face],
+      z = planes[2 * n + face];
     const size = Math.hypot(x, y, z) || 1;
     return [x / size, y / size, z / size];
   }

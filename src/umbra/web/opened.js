@@ -33,7 +33,7 @@ export function findOpened(volumes, sight, light) {
       if (components[k] && (isFromEye ? value : -value) < 0) opened[k] = 1;
     });
   }
-  if (sight.near <= sight.cameraNear) openCut(model, components, shells, sight, light, opened);
+  if (sight.nearest <= sight.cameraNear) openCut(model, components, shells, sight, light, opened);
   return opened.includes(1) ? opened : null;
 }
 

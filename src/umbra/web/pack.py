@@ -22,8 +22,9 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 from umbra.lights import Horizon
-from umbra.scene import Scene
-from umbra.scene.mesh import Mesh, transform_points
+from umbra.scene import Part, Scene
+from umbra.scene.mesh import ADDED_GROUND, Mesh, transform_points
+from umbra.scene.pale import PAPER
 from umbra.sun import Site
 from umbra.volume.adjacency import Caster, make_caster
 
@@ -144,13 +145,18 @@ def pack_model(
         "ground": None if scene.ground is None else scene.ground - float(rounded.origin[2]),
         "site": None if site is None else _describe_site(site, land),
         "parts": [
-            [part.name, part.kind, part.layer, label, list(part.color), part.material.opacity]
+            [part.name, part.kind, part.layer, label, _find_color(part), part.material.opacity]
             for part, label in zip(rounded.parts, rounded.labels(), strict=True)
         ],
         "streams": streams.heads,
     }
     text = json.dumps(head, separators=(",", ":")).encode()
     return zlib.compress(struct.pack("<I", len(text)) + text + b"".join(streams.bodies), 9)
+
+
+def _find_color(part: Part) -> list[float]:
+    """Return the colour of a part, linear RGB: paper for an added ground, as in pictures."""
+    return list(PAPER if part.kind in ADDED_GROUND else part.color)
 
 
 def _describe_site(site: Site, land: Horizon | None) -> dict[str, object]:

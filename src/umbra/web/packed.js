@@ -4,8 +4,12 @@
  * Decode base64.
  * @param {string} text
  */
-export const decode = (text) =>
-  Uint8Array.from(atob(text.trim()), (letter) => letter.charCodeAt(0));
+export const decode = (text) => {
+  const letters = atob(text.trim()),
+    bytes = new Uint8Array(letters.length);
+  for (let i = 0; i < bytes.length; i++) bytes[i] = letters.charCodeAt(i);
+  return bytes;
+};
 
 /** @param {string} text */
 export const inflate = async (text) => {

@@ -15,7 +15,7 @@ const INK = [0.045, 0.05, 0.065, 1]; // of what a section cuts, linear
 const NO_PLAN = [0, 0, 0, 0];
 
 /** The light of the sky alone. */
-export const SKYLIGHT = { light: [0, 0, 1, 0], tint: [0, 0, 0], range: 0 };
+export const SKYLIGHT = { light: [0, 0, 1, 0], tint: [0, 0, 0], range: 0, bend: 1 };
 
 /** Draws into the framebuffer that is bound. */
 export class Passes {

@@ -285,6 +285,7 @@ export class Renderer {
       light: source[3] ? [...subtract(source, sight.eye), 1] : source,
       tint: (light.color ?? [1, 1, 1]).map((c) => strength * c),
       range: "position" in light ? (light.range ?? 1e9) : 0,
+      bend: light.bend ?? 1,
     };
   }
 

@@ -31,10 +31,12 @@ vec3 findAmbient(float up) { return mix(FROM_GROUND, FROM_SKY, 0.5 + 0.5 * up); 
 `;
 
 // A smooth normal's faces turn from the light one by one, and their own edges would show as teeth:
-// its light ends where the first of them may.
+// its light ends where the first of them may. A low sun's light is bent: see `exposeSun`.
 export const LAMBERT = `
+uniform float bend;              // power of the cosine
 float findLambert(float cosine, float lean) {
-  return max(cosine - lean, 0.0) / max(1.0 - lean, 0.01);
+  float share = max(cosine - lean, 0.0) / max(1.0 - lean, 0.01);
+  return bend == 1.0 ? share : pow(share, bend);
 }
 `;
 

@@ -15,13 +15,22 @@ const DAY = /** @type {Colors} */ ({ sky: [0.55, 0.71, 0.9], horizon: [0.9, 0.93
 const DUSK = /** @type {Colors} */ ({ sky: [0.36, 0.42, 0.58], horizon: [0.93, 0.78, 0.62], ground: [0.7, 0.68, 0.68] });
 const NIGHT = /** @type {Colors} */ ({ sky: [0.1, 0.12, 0.2], horizon: [0.22, 0.25, 0.34], ground: [0.36, 0.37, 0.42] });
 
-/**
- * How bright the sky is under the sun, and the sun low in it, as a photograph is exposed: so that
- * shadows stand out on the ground at all times of day, as in umbra's pictures (umbra.calls.styles).
- */
+/** How bright the sky is under the sun, as a photograph is exposed (umbra.scene.pale). */
 const UNDER_SUN = 0.65;
 const RISE = 0.72, // sine of the altitude below which the sun's light is raised
   BRIGHTEST = 1.7; // by how much at most: no sunlit wall turns white
+
+/**
+ * The light of a sun, so that level ground is as bright at all times of day and shadows stand out on
+ * it: raised where the sun is low, and where it is too low for that, bent, so that the ground takes
+ * no less and a wall before the sun no more.
+ * @param {number} rise sine of its altitude
+ */
+const exposeSun = (rise) => {
+  const intensity = Math.max(RISE / Math.max(rise, 1e-6), 1);
+  if (intensity <= BRIGHTEST) return { intensity, bend: 1 };
+  return { intensity: BRIGHTEST, bend: Math.log(RISE / BRIGHTEST) / Math.log(Math.max(rise, 1e-6)) };
+};
 
 const MOST_FINE = 9e6; // pixels with several samples each
 const NIGHTFALL = -3; // altitude of the sun below which words are light [degrees]
@@ -97,6 +106,14 @@ export class Stage {
     this.canvas.addEventListener("blur", () => app.redraw(false));
   }
 
+  /** Whether the last picture was drawn for the canvas as large as it is. */
+  get isFitted() {
+    const { wide, high } = this.size;
+    return wide === this.drawn.wide && high === this.drawn.high;
+  }
+
+  drawn = { wide: 0, high: 0 };
+
   get size() {
     return { wide: this.canvas.clientWidth || 1, high: this.canvas.clientHeight || 1 };
   }
@@ -110,12 +127,12 @@ export class Stage {
     const { app, renderer } = this,
       { wide, high } = this.size,
       { viewpoint } = state;
+    this.drawn = { wide, high };
     const near = Math.max(0.05, Math.min(viewpoint.distance / 200, 1));
     renderer.camera = { ...this.#findLens(viewpoint), target: viewpoint.target, near };
     const { altitude, direction, isBehind } = app.sun;
     const isLit = altitude > 0 && !isBehind;
-    const intensity = Math.min(Math.max(RISE / Math.max(direction[2], 1e-3), 1), BRIGHTEST);
-    renderer.lights = isLit ? [{ direction, intensity }] : [];
+    renderer.lights = isLit ? [{ direction, ...exposeSun(direction[2]) }] : [];
     renderer.setStyle({
       skylight: isLit && !state.hasSunHours ? UNDER_SUN : 1,
       ...(state.hasSunHours ? DAY : findColors(isBehind ? 0 : altitude)),

@@ -83,11 +83,14 @@ export class SunHours {
     }
     this.#plan(REST);
     const batch = spread(this.wanted, Math.max(LEAST, Math.floor(MOMENT / this.cost)));
-    coarse.begin(COARSE * (window.devicePixelRatio || 1), this.steps.length);
+    coarse.begin(
+      COARSE * (window.devicePixelRatio || 1),
+      batch.map((k) => this.steps[k].direction),
+    );
     const begun = performance.now();
-    for (const k of batch) coarse.count(k, this.steps[k].direction);
+    batch.forEach((_, at) => coarse.count(at));
     this.#await(() => (this.cost = (performance.now() - begun) / Math.max(batch.length, 1)));
-    this.layer = this.#sum(coarse, batch);
+    this.layer = this.#sum(coarse, [...batch.keys()]);
     return this.layer;
   }
 
@@ -102,8 +105,8 @@ export class SunHours {
     const { fine } = this.masks;
     this.#halt();
     this.key = this.begun = this.summed = ""; // the picture's masks are not the page's
-    fine.begin(ratio, this.steps.length);
-    for (const k of this.wanted) fine.count(k, this.steps[k].direction);
+    fine.begin(ratio, this.#directions());
+    for (const k of this.wanted) fine.count(k);
     this.layer = this.#sum(fine, this.wanted);
     return this.layer;
   }
@@ -147,6 +150,10 @@ export class SunHours {
     return true;
   }
 
+  #directions() {
+    return this.steps.map(({ direction }) => direction);
+  }
+
   /**
    * All that bits depend on.
    * @param {State} state
@@ -184,7 +191,7 @@ export class SunHours {
     if (!masks || renderer.isLost) return;
     const { fine } = masks;
     if (this.begun !== key) {
-      fine.begin(window.devicePixelRatio || 1, steps.length);
+      fine.begin(window.devicePixelRatio || 1, this.#directions());
       this.begun = key;
     }
     const isOpen = (/** @type {number} */ k) => !fine.isCounted[k];
@@ -193,7 +200,7 @@ export class SunHours {
     const next = spread(own.length ? own : others, this.batch);
     if (!next.length) return;
     const begun = performance.now();
-    for (const k of next) fine.count(k, steps[k].direction);
+    for (const k of next) fine.count(k);
     this.#await(() => {
       const cost = (performance.now() - begun) / next.length;
       this.batch = Math.max(1, Math.min(32, Math.round(MOMENT / cost)));

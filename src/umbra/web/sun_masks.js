@@ -1,19 +1,22 @@
 // Which of a day's instants reach each pixel of a picture: masks of bits, by shadow volumes.
 //
-// Depth is drawn once. For each instant the volumes of its sun are counted in the stencil, and the
-// faces and the ground that its light reaches add one bit where the count is 0. The sum of any
-// instants is then one look at the bits, so that an interval can change without new volumes.
+// Depth is drawn once, and which suns each seen face is turned to. For each instant the volumes of its
+// sun are counted in the stencil, and one bit is added where the count is 0. The sum of any instants
+// is then one look at both bits, so that an interval can change without new volumes.
 
 import { findRectangles } from "./canvas.js";
+import { BITS, countGroups, FacingFaces } from "./facing.js";
 import { CUT_INK, INK, SUM } from "./hour_shaders.js";
 import { CAP } from "./surface_shaders.js";
 import { findUniforms } from "./uniforms.js";
 import { move } from "./vectors.js";
 import { FILL } from "./volume_shaders.js";
 
-const BITS = 32; // of a texture: four bytes
+const NO_INK = [0, 0, 0, 0],
+  FULL_INK = [1, 1, 1, 1];
 const SEEN = [0, 1, 0, 0]; // ink of pixels that show a surface
 
+/** @typedef {{texture: WebGLTexture, frame: WebGLFramebuffer}} MaskTarget */
 /** @typedef {Pick<HTMLCanvasElement, 'width' | 'height' | 'clientWidth' | 'clientHeight'>} Sheet */
 
 export class SunMasks {
@@ -29,8 +32,13 @@ export class SunMasks {
     this.filter = isSmooth ? gl.LINEAR : gl.NEAREST;
     /** @type {Sheet} */
     this.sheet = { width: 0, height: 0, clientWidth: 0, clientHeight: 0 };
-    /** @type {{texture: WebGLTexture, frame: WebGLFramebuffer}[]} of 32 instants each */
+    /** @type {MaskTarget[]} of 32 instants each: where no volume hides the sun */
     this.masks = [];
+    /** @type {MaskTarget[]} and where faces are turned to it */
+    this.facing = [];
+    this.faces = new FacingFaces(device);
+    /** @type {Vec3[]} toward the instants' suns */
+    this.directions = [];
     this.sums = this.#makeTarget(null);
     /** @type {WebGLRenderbuffer | null} */
     this.depth = null;
@@ -48,6 +56,8 @@ export class SunMasks {
     gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGBA8, Math.max(width, 1), Math.max(height, 1));
     for (const which of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER])
       gl.texParameteri(gl.TEXTURE_2D, which, this.filter);
+    for (const which of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T])
+      gl.texParameteri(gl.TEXTURE_2D, which, gl.CLAMP_TO_EDGE);
     gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, texture, 0);
     const kind = gl.DEPTH_STENCIL_ATTACHMENT;
@@ -58,9 +68,9 @@ export class SunMasks {
   /**
    * Begin with the renderer's views as they are now: draw depth, and forget all instants.
    * @param {number} ratio pixels in a CSS pixel
-   * @param {number} count of instants
+   * @param {Vec3[]} directions toward the suns of the instants
    */
-  begin(ratio, count) {
+  begin(ratio, directions) {
     const { renderer, device } = this,
       { gl } = device,
       { canvas, clip, ground } = renderer;
@@ -76,22 +86,45 @@ export class SunMasks {
       gl.renderbufferStorage(gl.RENDERBUFFER, gl.DEPTH32F_STENCIL8, width, height);
       this.sums = this.#makeTarget(this.depth);
     }
-    while (this.masks.length < Math.max(1, Math.ceil(count / BITS)))
-      this.masks.push(this.#makeTarget(this.depth));
-    this.isCounted = new Uint8Array(count);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, this.masks[0].frame);
+    const groups = countGroups(directions.length);
+    for (const targets of [this.masks, this.facing])
+      while (targets.length < groups) targets.push(this.#makeTarget(this.depth));
+    this.isCounted = new Uint8Array(directions.length);
+    this.directions = directions;
+    gl.clearColor(0, 0, 0, 0);
+    for (const { frame } of this.facing) {
+      gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
+      gl.clear(gl.COLOR_BUFFER_BIT);
+    }
     this.#eachView((stage, sight, common) => {
+      gl.bindFramebuffer(gl.FRAMEBUFFER, this.masks[0].frame);
       renderer.clear();
       stage.look(sight, common.cutsInto, ground);
       gl.disable(gl.STENCIL_TEST);
       gl.disable(gl.BLEND);
       gl.enable(gl.DEPTH_TEST);
       gl.depthFunc(device.nearer);
-      this.#drawInk(stage, common, "opaque", [0, 0, 0, 0]);
+      device.use(clip ? CUT_INK : INK).set({ ...common, ink: NO_INK });
+      stage.seen.draw("opaque");
+      this.#drawGround(common, NO_INK);
       if (clip)
         renderer.passes.drawCaps(stage, common, clip, renderer.size, move(...renderer.model.bounds));
+      gl.depthMask(false);
+      gl.depthFunc(device.notFarther);
+      gl.enable(gl.STENCIL_TEST);
+      gl.stencilFunc(gl.EQUAL, 0, 255);
+      gl.stencilOp(gl.KEEP, gl.KEEP, gl.INCR); // the first of two faces that lie in one place
+      this.faces.list(renderer.model, stage.seen, directions);
+      for (let group = 0; group < groups; group++) {
+        gl.bindFramebuffer(gl.FRAMEBUFFER, this.facing[group].frame);
+        gl.clear(gl.STENCIL_BUFFER_BIT);
+        this.faces.draw(common, group);
+        // Suns are above: they reach a ground that is seen from above.
+        if (common.facing > 0) this.#drawGround(common, FULL_INK);
+      }
+      gl.stencilOp(gl.KEEP, gl.KEEP, gl.KEEP);
+      gl.disable(gl.STENCIL_TEST);
     });
-    gl.clearColor(0, 0, 0, 0);
     for (const { frame } of this.masks) {
       gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
       gl.clear(gl.COLOR_BUFFER_BIT);
@@ -117,54 +150,42 @@ export class SunMasks {
     gl.disable(gl.SCISSOR_TEST);
   }
 
-  /**
-   * Draw faces and the ground in one ink.
-   * @param {import('./selection.js').Selection} stage
-   * @param {Record<string, any>} common
-   * @param {'opaque' | 'lit'} what
-   * @param {number[]} ink
-   */
-  #drawInk(stage, common, what, ink) {
+  /** @param {Record<string, any>} common @param {number[]} ink */
+  #drawGround(common, ink) {
     const { device, renderer } = this,
       { gl } = device;
-    device.use(renderer.clip ? CUT_INK : INK).set({ ...common, ink });
-    stage.seen.draw(what);
-    // Suns are above: they reach a ground that is seen from above.
-    if (!common.groundSize || (what === "lit" && common.facing < 0)) return;
+    if (!common.groundSize) return;
     device.use(CAP).set({ ...common, ink });
     gl.bindVertexArray(renderer.passes.nothing);
     gl.drawArrays(gl.TRIANGLE_FAN, 0, common.groundSize);
   }
 
   /**
-   * Add the bit of an instant where its sun is seen.
-   * @param {number} k of the instant
-   * @param {Vec3} direction toward the sun
+   * Add the bit of an instant where no volume hides its sun.
+   * @param {number} k its place among the directions
    */
-  count(k, direction) {
+  count(k) {
     const { renderer, device } = this,
       { gl } = device,
       { ground, clip } = renderer;
-    const ink = [0, 0, 0, 0];
-    ink[(k % BITS) >> 3] = 2 ** (k % 8) / 255;
+    const fill = [0, 0, 0, 0];
+    fill[(k % BITS) >> 3] = 2 ** (k % 8) / 255;
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.masks[Math.floor(k / BITS)].frame);
-    gl.enable(gl.DEPTH_TEST);
     gl.clearStencil(0);
+    gl.stencilMask(255);
     this.#eachView((stage, sight, common) => {
-      gl.stencilMask(255);
       gl.clear(gl.STENCIL_BUFFER_BIT);
-      stage.look(sight, common.cutsInto, ground);
-      stage.shadows.prepare({ direction }, sight, ground, Boolean(clip));
-      stage.seen.listLit(stage.shadows.volumes.side);
+      gl.enable(gl.DEPTH_TEST);
+      stage.shadows.prepare({ direction: this.directions[k] }, sight, ground, Boolean(clip));
       stage.shadows.count(sight, common);
       gl.stencilFunc(gl.EQUAL, 0, 255);
-      gl.stencilOp(gl.KEEP, gl.KEEP, gl.INCR); // once, even where two faces lie in one place
-      gl.depthFunc(device.notFarther);
+      gl.disable(gl.DEPTH_TEST);
       gl.enable(gl.BLEND);
       gl.blendFunc(gl.ONE, gl.ONE);
-      this.#drawInk(stage, common, "lit", ink);
+      device.use(FILL).set({ fill, behind: 0 });
+      gl.bindVertexArray(renderer.passes.nothing);
+      gl.drawArrays(gl.TRIANGLES, 0, 3);
       gl.disable(gl.BLEND);
-      gl.stencilOp(gl.KEEP, gl.KEEP, gl.KEEP);
       gl.disable(gl.STENCIL_TEST);
     });
     this.isCounted[k] = 1;
@@ -196,8 +217,11 @@ export class SunMasks {
         .filter((k) => Math.floor(k / BITS) === group)
         .reduce((bits, k) => bits | (1 << (k % BITS)), 0);
       if (!wanted) return;
+      gl.activeTexture(gl.TEXTURE1);
+      gl.bindTexture(gl.TEXTURE_2D, this.facing[group].texture);
+      gl.activeTexture(gl.TEXTURE0);
       gl.bindTexture(gl.TEXTURE_2D, texture);
-      device.use(SUM).set({ masks: 0, wanted, behind });
+      device.use(SUM).set({ masks: 0, facing: 1, wanted, behind });
       gl.drawArrays(gl.TRIANGLES, 0, 3);
     });
     gl.disable(gl.BLEND);
@@ -218,11 +242,12 @@ export class SunMasks {
 
   delete() {
     const { gl } = this.device;
-    for (const { texture, frame } of [...this.masks, this.sums]) {
+    for (const { texture, frame } of [...this.masks, ...this.facing, this.sums]) {
       gl.deleteTexture(texture);
       gl.deleteFramebuffer(frame);
     }
     gl.deleteRenderbuffer(this.depth);
     this.masks = [];
+    this.facing = [];
   }
 }

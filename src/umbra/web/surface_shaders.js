@@ -96,7 +96,7 @@ export const RICH_SURFACE = makeSurface(RICH);
  * @param {string} rich as of surfaces
  */
 const makeGround = (rich) => ({
-  vertex: `${HEAD}${PLACE}${AMBIENT}
+  vertex: `${HEAD}${PLACE}${AMBIENT}${LAMBERT}
 uniform vec4 corners[5];         // homogeneous, relative to the eye
 uniform float height, share, range;
 uniform float facing;            // 1 where the ground is seen from above, -1 from below
@@ -108,7 +108,7 @@ flat out vec3 level;             // radiance under the sky and a sun
 void main() {
   vec4 corner = corners[gl_VertexID];
   at = vec3(corner.xy / haze, corner.w);
-  vec3 sun = range > 0.0 ? vec3(0.0) : tint * max(facing * light.z, 0.0);
+  vec3 sun = range > 0.0 ? vec3(0.0) : tint * findLambert(facing * light.z, 0.0);
   level = albedo * (share * findAmbient(facing) + sun);
   gl_Position = projection * corner;
 }`,

@@ -1,11 +1,11 @@
 // Date and time of day: sliders, typed values, and a day or a year that plays.
 
 import { addDays, findDayOfYear, findInstant, isDate } from "./clock.js";
-import { nameZone, parseMinutes, readClock, tellMinutes } from "./clock.js";
+import { nameZone, parseMinutes, readClock, tellDate, tellMinutes } from "./clock.js";
+import { tellSun } from "./daylight.js";
 import { button, el, fill, icon, slider } from "./dom.js";
 import { makeInterval } from "./interval.js";
 
-const WINDS = "N NNE NE ENE E ESE SE SSE S SSW SW WSW W WNW NW NNW".split(" ");
 const DAY_SPEED = 60,
   YEAR_SPEED = 14; // minutes and days that pass in a second
 const MONTHS = ["J", "F", "M", "A", "M", "J", "J", "A", "S", "O", "N", "D"];
@@ -34,13 +34,6 @@ export const makeTimebar = (app) => (app.daylight.site ? makeClockBar(app) : mak
  */
 const makeClockBar = (app) => {
   const zone = app.daylight.site?.zone ?? "UTC";
-  const longDate = new Intl.DateTimeFormat("en-GB", {
-    day: "numeric",
-    month: "long",
-    year: "numeric",
-    timeZone: "UTC",
-  });
-  const tellDate = (/** @type {string} */ date) => longDate.format(Date.parse(date));
   const stop = { playing: null, share: 0 };
   const time = slider(
     "Time of day",
@@ -161,7 +154,6 @@ const makeClockBar = (app) => {
       { sun } = app;
     const isUpAllDay = day !== null && day.rise === null && day.set === null && day.up.length > 0;
     interval.update(state);
-    const wind = WINDS[Math.round(sun.azimuth / 22.5) % 16];
     const edges = !day
       ? []
       : day.rise === null && day.set === null
@@ -170,16 +162,11 @@ const makeClockBar = (app) => {
             day.rise && `sunrise ${tellClock(zone, day.rise)}`,
             day.set && `sunset ${tellClock(zone, day.set)}`,
           ].filter(Boolean);
-    const where =
-      sun.altitude > 0
-        ? `sun ${sun.altitude.toFixed(1)}° high in the ${wind} (${sun.azimuth.toFixed(1)}°)` +
-          (sun.isBehind ? ", behind the land" : "")
-        : `the sun is ${(-sun.altitude).toFixed(1)}° below the horizon`;
     const now = nameZone(zone, app.daylight.instant(state));
     fill(
       output,
       el("strong", {}, `${tellDate(state.date)}, ${shown} ${now}`),
-      ` · ${where} · ${edges.join(", ")}`,
+      ` · ${tellSun(sun)} · ${edges.join(", ")}`,
     );
   };
   return { element, update, play };

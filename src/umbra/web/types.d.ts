@@ -6,8 +6,11 @@
 
 type Vec3 = [number, number, number];
 
-/** A sun (direction toward it, of any length) or a lamp (position; nothing beyond its range [m]). */
-type Light = { color?: Vec3; intensity?: number } & (
+/**
+ * A sun (direction toward it, of any length) or a lamp (position; nothing beyond its range [m]). Its
+ * light is `intensity` times the cosine to a face's normal to the power `bend`, by default 1.
+ */
+type Light = { color?: Vec3; intensity?: number; bend?: number } & (
   | { direction: Vec3 }
   | { position: Vec3; range?: number }
 );

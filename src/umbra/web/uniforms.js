@@ -21,7 +21,7 @@ export function findUniforms(renderer, sight, guard) {
     "corners[0]": corners.flat(),
     groundSize: corners.length,
     isSection: Boolean(renderer.clip),
-    cutsInto: Boolean(renderer.clip) || sight.near <= sight.cameraNear, // the near plane may cut a solid
+    cutsInto: Boolean(renderer.clip) || sight.nearest <= sight.cameraNear, // the near plane may cut a solid
     guard,
     projection: sight.findMatrix(guard),
     eyeHigh: high,

@@ -4,9 +4,15 @@ import { cross, dot, length, move, scale, subtract, unit } from "./vectors.js";
 
 const NEAR = 0.1; // [m]
 const MARGIN = 1e-6; // widening of planes, relative to the near rectangle's coordinates
+/** @type {Vec3[]} upward first: most casters lie below the eye, and all suns above */
+const AXES = [[0, 0, 1], [0, 0, -1], [0, 1, 0], [0, -1, 0], [1, 0, 0], [-1, 0, 0]];
 const HORIZON = 300; // depth of an orthographic view, in sizes of what it sees
 
-/** One view, with its near plane moved up to what is nearest: depth has more digits then. */
+/**
+ * One view. Depth from 0 to 1 has more digits where the near plane is moved up to what is nearest; a
+ * depth that is reversed has as many with a near plane at the eye, between which and a light few
+ * casters stand: their volumes are counted by their sides alone.
+ */
 export class Sight {
   /**
    * @param {Camera} camera
@@ -21,6 +27,8 @@ export class Sight {
     this.eye = camera.eye;
     this.cameraNear = camera.near ?? NEAR;
     this.near = this.cameraNear;
+    /** depth of what is nearest, or of the camera's near plane that may cut it [m] */
+    this.nearest = this.cameraNear;
     this.far = Infinity;
     this.isPerspective = camera.height === undefined;
     const forward = unit(subtract(camera.target, camera.eye));
@@ -36,7 +44,7 @@ export class Sight {
   }
 
   /**
-   * Move the near plane up to the nearest box or the ground, and end an orthographic view.
+   * Find what is nearest, a box or the ground, move the near plane there, and end an orthographic view.
    * @param {Float64Array} boxes of all that is drawn
    * @param {number | null} ground
    */
@@ -72,7 +80,8 @@ export class Sight {
         farthest = Math.max(farthest, Math.min(depth, end));
       }
     }
-    this.near = Math.max(this.cameraNear, Number.isFinite(nearest) ? nearest * (1 - 1e-6) : 0);
+    this.nearest = Math.max(this.cameraNear, Number.isFinite(nearest) ? nearest * (1 - 1e-6) : 0);
+    this.near = this.reverses && this.isPerspective ? this.cameraNear : this.nearest;
     if (!this.isPerspective) {
       this.far = Math.max(farthest * 1.001, this.near + 1) + 0.01 * this.half;
     }
@@ -135,7 +144,8 @@ export class Sight {
     const rise = dot(this.forward, toLight[0]);
     const isOff = Math.abs(rise) > (light[3] ? 1e-9 * Math.max(reach, size) : 1e-12 * reach);
     const ahead = scale(this.forward, rise > 0 || !isOff ? 1 : -1);
-    const normals = isOff ? [ahead] : [ahead, scale(ahead, -1)];
+    // The pyramid's box, too: no side of a thin pyramid parts it from a wide terrain far below.
+    const normals = [...AXES, ...(isOff ? [ahead] : [ahead, scale(ahead, -1)])];
     const middle = scale(
       corners.reduce((a, b) => move(a, b, 1)),
       0.25,

@@ -180,9 +180,8 @@ export const findBuilt = (model) => {
     isLand = findLand(model);
   if (!isLand.includes(true)) return bounds;
   const box = makeBoxes(1);
-  facePart.forEach((part, f) => {
-    for (let k = 0; k < 3 && !isLand[part]; k++) widen(box, 0, places, faces[3 * f + k]);
-  });
+  for (let f = 0; f < facePart.length; f++)
+    if (!isLand[facePart[f]]) for (let k = 0; k < 3; k++) widen(box, 0, places, faces[3 * f + k]);
   const [x, y, z, east, north, top] = box;
   return [[x, y, z], [east, north, top]];
 };
@@ -213,19 +212,21 @@ const SPARSE = 80,
  * Find the box where most objects stand, of a model in which they would be specks; else null.
  * @param {Model} model
  * @param {number[]} owner object of each part
+ * @param {[Vec3, Vec3]} built as of `findBuilt`
  * @returns {[Vec3, Vec3] | null}
  */
-export const findDense = (model, owner) => {
+export const findDense = (model, owner, built) => {
   const { faces, facePart, places } = model,
     isLand = findLand(model),
     bounds = makeBoxes(owner.reduce((most, number, part) => (isLand[part] ? most : Math.max(most, number)), 0) + 1);
-  facePart.forEach((part, f) => {
-    for (let k = 0; k < 3 && !isLand[part]; k++) widen(bounds, owner[part], places, faces[3 * f + k]);
-  });
+  for (let f = 0; f < facePart.length; f++) {
+    const part = facePart[f];
+    if (!isLand[part]) for (let k = 0; k < 3; k++) widen(bounds, owner[part], places, faces[3 * f + k]);
+  }
   const boxes = Array.from({ length: bounds.length / 6 }, (_, k) => bounds.subarray(6 * k, 6 * k + 6));
   const sizes = boxes.map((box) => Math.hypot(box[3] - box[0], box[4] - box[1], box[5] - box[2]));
   const middling = sizes.sort((a, b) => a - b)[boxes.length >> 1];
-  if (!(measure(...findBuilt(model)) > SPARSE * middling)) return null;
+  if (!(measure(...built) > SPARSE * middling)) return null;
   const reach = NEIGHBOURHOOD * middling;
   // A grid of squares as large as a view's half, each with how much stands in it.
   /** @type {Map<string, number>} */

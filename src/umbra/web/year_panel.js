@@ -2,7 +2,7 @@
 
 import { AWAY, Carpet, NIGHT, SUN } from "./carpet.js";
 import { drawCarpet, findColor, findFrame, OTHERS } from "./carpet_picture.js";
-import { addDays, findDayOfYear, nameZone, tellMinutes } from "./clock.js";
+import { addDays, findDayOfYear, nameZone, tellDate, tellMinutes } from "./clock.js";
 import { el, fill, fold } from "./dom.js";
 import { DAYS, findYearSuns, MINUTES, ROWS } from "./year_suns.js";
 
@@ -19,7 +19,7 @@ export const makeYearPanel = (app) => {
     element = fold("The place's year", body);
   if (!site) return null;
   element.open = true;
-  element.addEventListener("toggle", () => app.redraw());
+  element.addEventListener("toggle", () => app.redraw(false));
   /** @type {{title: string, carpet: Carpet, canvas: HTMLCanvasElement, key: HTMLElement, output: HTMLElement, drawn: string}[]} */
   let shown = [];
   let made = "",
@@ -54,7 +54,7 @@ export const makeYearPanel = (app) => {
       if (!at) return;
       const value = carpet.at(at.column, at.row),
         isShade = value >= 0;
-      const when = `${at.date}, ${tellMinutes((at.row + 0.5) * MINUTES)}`;
+      const when = `${tellDate(at.date)}, ${tellMinutes((at.row + 0.5) * MINUTES)}`;
       fill(output, `${when}: ${isShade ? `in shadow of ${name(value)}` : name(value)}`);
     });
     canvas.addEventListener("click", (event) => {

@@ -10,7 +10,7 @@ from umbra.writers.context_lines import draw_context
 from umbra.writers.contours import find_swatches, hatch_covers, outline_covers, trace
 from umbra.writers.hours_map import OUTLINE
 from umbra.writers.marks import draw_swatches
-from umbra.writers.paper import INK, SMALL, wrap
+from umbra.writers.paper import INK, SMALL, measure_text, wrap
 from umbra.writers.picture_content import MISSING, Plan, cover_with_roofs, draw_appearance
 from umbra.writers.pixels import HALF, resample
 from umbra.writers.sheet import KEY_WIDTH, Sheet, lay_out_sheet
@@ -28,6 +28,7 @@ _FAINT = 0.22  # share of the hue in the shortest shadow
 _TINT = 0.45  # share of the hue on the roofs of a caster
 _NEVER = 1e-4  # hours that are none [h]
 _BORDER = "#3c3c44"
+_SWATCH, _WIDE_ROOM = 0.29, 0.42  # left of a name in the key; for it in a wide one [inch]
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,10 +70,12 @@ def make_who_sheet(plan: Plan, who: WhoMap, max_hours: float, what: str = "") ->
     main = np.where(np.nan_to_num(who.hours) > _NEVER, who.main, -1)
     hours = resample(np.asarray(who.hours, np.float32), size)
     hues = np.vstack([HUES[: len(who.names)], OTHERS])
-    drawn = np.minimum(main, len(who.names))[np.ix_(rows, cols)]
+    ranks = main[np.ix_(rows, cols)]
+    drawn = np.minimum(ranks, len(who.names))
     share = np.clip(np.nan_to_num(hours) / max(max_hours, _NEVER), 0, 1)
     share = np.where(drawn >= 0, _FAINT + (1 - _FAINT) * share, 0)[..., None]
     image = (PAPER + share * (hues[drawn] - PAPER)).astype(np.float32)
+    image[_find_borders(ranks) & (drawn == len(who.names))] = PAPER  # of others, one from another
     image[np.isnan(hours)] = MISSING
     if plan.appearance is not None:
         image *= 1 - np.float32(0.15) * plan.appearance.find_shade(size)[..., None]
@@ -97,11 +100,12 @@ def make_who_sheet(plan: Plan, who: WhoMap, max_hours: float, what: str = "") ->
     labels = [f"{rank + 1}  {name}" for rank, name in enumerate(who.names)]
     if (main >= len(who.names)).any():
         labels.append("others")
-    title = what or "longest in the shadow of"
+    title = what or "main caster"
+    room = _WIDE_ROOM if sheet.is_wide else KEY_WIDTH - _SWATCH
     draw_swatches(
-        sheet, hues[: len(labels)], [_shorten(label) for label in labels],
+        sheet, hues[: len(labels)], [_shorten(label, room) for label in labels],
         [title] if sheet.is_wide else wrap(title, 8.0, KEY_WIDTH),
-        f"pale: brief, full: {max_hours:.3g} h", find_swatches([plan]),
+        f"pale: briefly, deep: {max_hours:.3g} h", find_swatches([plan]),
     )  # fmt: skip
     return sheet
 
@@ -120,5 +124,18 @@ def _write_number(sheet: Sheet, rank: int, cells: NDArray[np.bool_]) -> None:
     )  # fmt: skip
 
 
-def _shorten(label: str, most: int = 20) -> str:
-    return label if len(label) <= most else f"{label[: most - 1]}…"
+def _find_borders(ranks: NDArray[np.integer]) -> NDArray[np.bool_]:
+    """Find the pixels (rows, cols) whose caster is another than that above or to the right."""
+    found = np.zeros(ranks.shape, np.bool_)
+    found[:-1] |= ranks[:-1] != ranks[1:]
+    found[:, :-1] |= ranks[:, :-1] != ranks[:, 1:]
+    return found
+
+
+def _shorten(label: str, room: float) -> str:
+    """Leave out the middle of a label that is wider than its room [inch]."""
+    shown, kept = label, len(label)
+    while measure_text(shown, SMALL) > room and kept > 2:
+        kept -= 1
+        shown = f"{label[: kept - kept // 2]}…{label[len(label) - kept // 2 :]}"
+    return shown

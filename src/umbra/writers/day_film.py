@@ -11,6 +11,7 @@ from PIL import Image, ImageDraw, ImageFont
 from umbra.errors import UmbraError
 from umbra.study import Study
 from umbra.study.preview import Moment, find_moments
+from umbra.sun import name_date
 from umbra.writers.marks import find_round
 from umbra.writers.picture_content import Plan, shade_roofs
 from umbra.writers.pixels import resample
@@ -80,7 +81,7 @@ def draw_frames(study: Study, moments: Sequence[Moment], title: str = "") -> Ite
             frame, middle, 0.3 * STRIP, study.true_north, (moment.azimuth, moment.altitude), way
         )
         at = paste_scale(frame, (wide - 1.5 * STRIP, 0.62 * STRIP), metres * per_metre, label)
-        day = f"{local:%Y-%m-%d} {local.tzname()}"
+        day = f"{name_date(local)}, {local.tzname()}"
         _letter(frame, f"{local:%H:%M}", day, title, round(at))
         yield frame
 

@@ -12,7 +12,7 @@ from PIL import Image
 from umbra.errors import InputError
 from umbra.readers.georeference import show_crs
 from umbra.scene import Scene
-from umbra.study import Study, tell_dates
+from umbra.study import Study, name_dates
 from umbra.writers.packing import pack, pack_grids
 from umbra.writers.pixels import NO_SUN, resample, shade_ramp
 
@@ -52,7 +52,7 @@ def make_hours(study: Study) -> dict[str, object]:
     is_sun = len(study.period.days) > 1  # of several dates, as on the sheets
     what = f"cells of {study.grid.dx:.3g} m" if study.is_plan else _count(study)
     return {
-        "title": f"Hours {'of sun' if is_sun else 'in shadow'}, {tell_dates(study)}",
+        "title": f"Hours {'of sun' if is_sun else 'in shadow'}, {name_dates(study)}",
         "isSun": is_sun,
         "most": float(study.up_hours),
         "note": f"Of {study.up_hours:.1f} h of the study with the sun up; {what}.",

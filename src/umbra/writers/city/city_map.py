@@ -21,6 +21,7 @@ from umbra.writers.report.markup import make_address
 
 __all__ = ["make_city_map"]
 
+_WIDEST = 4000  # of the picture, more than a window is, which CSS holds to its own [pixels]
 _ASIDE = 100.0  # of the areas' bounds, that the map shows at least [m]
 _FINE = 1600  # most cells along a map that is drawn cell by cell
 _SMALL = 0.012  # of the map: areas that are smaller have a ring around them
@@ -55,7 +56,8 @@ def make_city_map(plan: CityPlan, areas: Sequence[Area], verdicts: Mapping[str, 
         f'height="{held[3] - held[1]:.3f}"'
     )
     svg = (
-        f'<svg viewBox="0 0 {wide:.3f} {high:.3f}" role="img" aria-label="Hours of sun, and the '
+        f'<svg viewBox="0 0 {wide:.3f} {high:.3f}" width="{_WIDEST}" '
+        f'height="{_WIDEST * high / wide:.0f}" role="img" aria-label="Hours of sun, and the '
         f'named areas by verdict"><image href="{make_address(png)}" {place} '
         f'preserveAspectRatio="none" class="pixels"/>{shapes}{_draw_scale(wide, high)}</svg>'
     )

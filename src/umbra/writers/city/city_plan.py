@@ -21,7 +21,8 @@ from umbra.tiles.job import CityJob, WorkerContext, read_job
 from umbra.tiles.neighbourhood import Neighbourhood
 from umbra.writers.city.store_window import CityResult, StoredTile
 from umbra.writers.folder.captions import (
-    join_names,
+    name_model,
+    name_sun,
     outline_areas,
     tell_place,
     tell_times,
@@ -77,18 +78,19 @@ class CityPlan:
             has_hours=options.asks_hours, quantities=options.quantities,
         )  # fmt: skip
 
-    def describe(self) -> dict[str, Any]:
-        """Return the words around a picture, as those of a study in memory."""
+    def describe(self, what: str = "sun") -> dict[str, Any]:
+        """Return the words around a picture of ``what``, as those of a study in memory."""
         study, options = self.study, self.job.options
         lowest = [f"suns below {self.job.min_altitude:g}° left out"] * (self.job.min_altitude > 0)
         # A ground that was added has no path.
         files = [file for file in self.context.catalogue.files if file.path]
         names = dict.fromkeys(file.path.rsplit("/", 1)[-1] for file in files)
         view = study.kind.tell_view(study.facts, options.receivers)
+        days = range(len(study.period.days))
         return {
-            "title": join_names(list(names)) + view,
+            "title": name_model(list(names)) + view + name_sun(study.period, days, what),
             "place": tell_place(study),
-            "date": tell_times(study, options, range(len(study.period.days))),
+            "date": tell_times(study.period, options, days),
             "note": " · ".join([describe_making(study, options), *lowest]),
             "roofs_cover": study.kind.lies_under_roofs,
             "areas": outline_areas(list_judged(options)),

@@ -30,7 +30,7 @@ from umbra.writers.city.store_window import (
     open_store,
     read_months,
 )
-from umbra.writers.folder.captions import join_names, name_dates
+from umbra.writers.folder.captions import name_model, name_sun, tell_times
 from umbra.writers.folder.summary import tell_areas
 from umbra.writers.report.area_rows import lay_out_area_table
 from umbra.writers.report.markup import (
@@ -108,12 +108,12 @@ def write_city_report(folder: Path, told: CityTold) -> Path:
     script = _read("umbra.writers.report", "tables.js") + _read(_HERE, "report.js")
     site, options = told.job.site, told.job.options
     city = told.job.open().catalogue
+    title = name_model([Path(one.path).name for one in city.files if one.path])
+    title += name_sun(period, range(len(period.days))) if period.days else ""
     parts = {
         "version": escape(str(told.facts["umbra_version"])),
-        "title": escape(join_names([Path(one.path).name for one in city.files if one.path])),
-        "date": escape(
-            f"{name_dates(period.days)}, {options.start} to {options.end}" if period.days else ""
-        ),
+        "title": escape(title),
+        "date": escape(tell_times(period, options, range(len(period.days)))),
         "place": escape(f"{site.show()} · {site.zone}" if site else ""),
         "policy": escape(make_policy(style, script)),
         "style": style,
@@ -166,8 +166,8 @@ def _list_losses(folder: Path) -> Table | None:
     if not rows:
         return None
     return Table(
-        "Neighbours that lose sun",
-        ("neighbour", "area that loses sun [m²]", "most hours lost [h]", "mean hours lost [h]"),
+        "Who loses sun",
+        ("neighbour", "loses sun [m²]", "most lost [h]", "mean lost [h]"),
         [
             (one["name"], round(one["area_touched"], 1), round(one["most_hours_lost"], 2),
              round(one["mean_hours_lost"], 2))

@@ -15,6 +15,7 @@ from umbra.study.measures import Quantity
 from umbra.writers.city.city_plan import CityPlan
 from umbra.writers.city.store_window import CityResult, Months
 from umbra.writers.folder.captions import find_mean
+from umbra.writers.folder.foot import list_few
 from umbra.writers.folder.month_maps import BY_MONTH, MONTHS_MAP, lay_out_months
 from umbra.writers.hours_map import make_hours_sheet
 from umbra.writers.measure_map import find_end, make_measure_sheet
@@ -48,6 +49,7 @@ def write_overviews(result: CityResult) -> list[Path]:
     plan = CityPlan.of(result)
     paths = _draw_hours(result, plan) if result.has_hours else []
     quantities = () if plan is None else plan.study.quantities
+    taker = _name_taker(plan)
     for quantity in (quantity for quantity in quantities if quantity.is_drawn and not quantity.per):
         values, times, roofs = shrink_hours(result, quantity.name, plan=plan)
         drawn = _Drawing(result, plan, times, roofs)
@@ -56,9 +58,15 @@ def write_overviews(result: CityResult) -> list[Path]:
             lost, *_ = shrink_hours(result, f"{quantity.name}_lost", plan=plan)
             if np.nanmax(lost, initial=0.0) > 0:
                 paths.append(
-                    drawn.draw_measure(lost, f"{quantity.name}_lost.png", quantity.of_loss())
+                    drawn.draw_measure(lost, f"{quantity.name}_lost.png", quantity.of_loss(taker))
                 )
     return paths
+
+
+def _name_taker(plan: CityPlan | None) -> str:
+    """Name a proposal by its patterns."""
+    asked = () if plan is None else plan.job.options.proposed
+    return list_few(asked) if asked else "the proposal"
 
 
 def _draw_hours(result: CityResult, plan: CityPlan | None) -> list[Path]:
@@ -80,7 +88,7 @@ def _draw_hours(result: CityResult, plan: CityPlan | None) -> list[Path]:
         lost /= np.float32(divisor)
         most = float(np.nanmax(lost, initial=0.0))
         if most > 0:
-            what = f"hours of sun lost to the proposal{words}"
+            what = f"hours of sun lost to {_name_taker(plan)}{words}"
             paths.append(drawn.draw(lost, f"{_LOST}.png", what, most, ramp="loss"))
     if result.months is not None:
         paths.append(_draw_months(result.months, drawn))
@@ -136,7 +144,8 @@ class _Drawing:
         ramp: Ramp = "shade",
     ) -> Path:  # fmt: skip
         """Draw maps of hours on squares on one scale."""
-        plan, hatched = self._lay_out(maps[0].hours.shape)
+        title = f"sun lost to {_name_taker(self.told)}" if ramp == "loss" else show
+        plan, hatched = self._lay_out(maps[0].hours.shape, title)
         sheet = make_hours_sheet(
             plan, [replace(map_, hatched=hatched) for map_ in maps], most, what,
             hatch="tiles not counted" if self.result.missing else "",
@@ -148,7 +157,7 @@ class _Drawing:
 
     def draw_measure(self, values: NDArray[np.float32], name: str, quantity: Quantity) -> Path:
         """Draw a measure on squares."""
-        plan, _ = self._lay_out(values.shape)
+        plan, _ = self._lay_out(values.shape, quantity.long_name)
         return self._save(
             make_measure_sheet(plan, values, quantity, find_end(quantity, values)), name
         )
@@ -159,8 +168,8 @@ class _Drawing:
             sheet.save(beside)
         return path
 
-    def _lay_out(self, shape: tuple[int, ...]) -> tuple[Plan, NDArray[np.bool_]]:
-        """Return the plan of squares, and those that were not counted."""
+    def _lay_out(self, shape: tuple[int, ...], what: str) -> tuple[Plan, NDArray[np.bool_]]:
+        """Return the plan of squares, ``what`` it shows in its title, and those not counted."""
         result, times = self.result, self.times
         rows, cols = shape
         west, south, *_ = result.extent
@@ -176,12 +185,13 @@ class _Drawing:
         if self.told is not None:
             dx, dy = (times * side for side in result.cell)
             squares = Grid(float(x[0]), float(y[0]), dx, dy, cols, rows)
-            words = self.told.describe() | {"proposed": self.told.find_proposed(squares)}
+            words = self.told.describe(what) | {"proposed": self.told.find_proposed(squares)}
         if times > 1:
             drawn = f"drawn as means of {times} x {times} cells"
             words["note"] = " · ".join(filter(None, [words.get("note"), drawn]))
-        subtitle = f"{len(result.tiles) - len(missing):,} of {len(result.tiles):,} tiles"
+        subtitle = ""
         if missing:
+            subtitle = f"{len(result.tiles) - len(missing):,} of {len(result.tiles):,} tiles"
             names = ", ".join(str(tile.number) for tile in missing[:_FEW])
             more = f" and {len(missing) - _FEW:,} more" if len(missing) > _FEW else ""
             subtitle += f"; not counted (hatched): {names}{more}"

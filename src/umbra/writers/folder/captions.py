@@ -11,17 +11,19 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.lights import Period
 from umbra.scene import Scene
 from umbra.scene.named_places import Area
 from umbra.study import FinerHours, Preview, Study, StudyOptions, split_dates
 from umbra.study.measures import Measure
-from umbra.sun import find_daylight, name_date
+from umbra.sun import find_daylight, name_days
 from umbra.sun.day_times import CLOCKS, is_of_the_sun
 from umbra.writers.folder import FolderJob
 from umbra.writers.folder.foot import describe_foot, list_few
 from umbra.writers.picture_content import OutlinedArea, Plan, Show, name_hours
 
 __all__ = [
+    "FEW",
     "Scale",
     "choose_panels",
     "describe",
@@ -31,9 +33,10 @@ __all__ = [
     "find_mean",
     "find_together",
     "join_names",
-    "name_dates",
+    "list_files",
     "name_files",
     "name_model",
+    "name_picture",
     "name_shown",
     "name_sun",
     "outline_areas",
@@ -45,7 +48,8 @@ __all__ = [
 
 MOST_PANELS = 12
 """Most dates with separate maps; of more dates every n-th is shown."""
-FEW = 4  # most dates that are listed
+FEW = 4
+"""Most dates that are listed."""
 
 
 def choose_panels(study: Study) -> range:
@@ -151,10 +155,14 @@ def describe(
         preview.heights,  # type: ignore[arg-type]
         true_north=north,
         upward=upward,
-        title=outputs.title or name_model(job.scene) + view + name_sun(study, which),
+        title=name_picture(job, which),
         subtitle=outputs.subtitle or "",
         place=tell_place(study),
-        date=" · ".join(filter(None, [told, tell_times(study, options, which)])),
+        date=" · ".join(
+            filter(
+                None, [told, tell_times(study.period, options, which, is_titled=not outputs.title)]
+            )
+        ),
         note=describe_foot(study, options, measures=measures),
         axes=axes,
         has_scale=study.kind.has_scale,
@@ -193,22 +201,28 @@ def tell_place(study: Study) -> str:
     return f"{study.site.show()} · {study.site.zone}"
 
 
-def tell_times(study: Study, options: StudyOptions, which: range) -> str:
-    """Describe some of a study's dates, and its clock times with their offsets from UTC."""
-    period = study.period
+def tell_times(
+    period: Period, options: StudyOptions, which: range, *, is_titled: bool = True
+) -> str:
+    """
+    Describe the clock times of some of a study's dates, with their offsets from UTC.
+
+    The dates come first where the title does not list them: they are many, or it is the user's.
+    """
     if not which:
         return ""
-    dates = name_dates(period.days[which.start : which.stop])
+    days = period.days[which.start : which.stop]
+    dates = "" if is_titled and len(days) <= FEW else f"{name_days(days, FEW)}, "
     each = [offset for k in which for offset in period.steps[k].offsets()]
     offsets = "/".join(sorted(set(each)))
     clock = "" if options.clock == "local" else f" {CLOCKS[options.clock]}"
     hours = f"{options.start} to {options.end}{clock}"
     if options.clock == "local" and not any(map(is_of_the_sun, (options.start, options.end))):
-        return f"{dates}, {hours} ({offsets})"
+        return f"{dates}{hours} ({offsets})"
     if len(which) == 1:  # other clocks: what the local one shows then
         first, last = (period.steps[which.start].local()[k] for k in (0, -1))
         offsets = f"{first:%H:%M:%S} to {last:%H:%M:%S}, {offsets}"
-    return f"{dates}, {hours} ({offsets})"
+    return f"{dates}{hours} ({offsets})"
 
 
 def _find_axes(
@@ -244,39 +258,41 @@ def place_elevation(
 
 def name_files(scene: Scene) -> str:
     """Name the first three files of a scene."""
-    named = [Path(source.name).name for source in scene.sources if not source.is_companion]
-    return join_names(named)
+    return join_names(list_files(scene))
 
 
-def name_model(scene: Scene) -> str:
+def list_files(scene: Scene) -> list[str]:
+    """List the names of a scene's own files."""
+    return [Path(source.name).name for source in scene.sources if not source.is_companion]
+
+
+def name_model(named: Sequence[str]) -> str:
     """Name a model for a title by its files: ``city_block.city.json`` is City block."""
-    named = [Path(source.name).name for source in scene.sources if not source.is_companion]
     stems = [name.lstrip(".").partition(".")[0].replace("_", " ").strip() for name in named]
     return join_names([f"{stem[:1].upper()}{stem[1:]}" for stem in dict.fromkeys(stems)])
 
 
-def name_sun(study: Study, which: range, what: str = "sun") -> str:
-    """Name the dates of a picture's sun, for its title; nothing of measures without dates."""
-    days = study.period.days[which.start : which.stop]
+def name_picture(job: FolderJob, which: range, what: str = "sun") -> str:
+    """Return the title of a picture of some dates: the user's, or the model's and what it shows."""
+    if job.outputs.title:
+        return job.outputs.title
+    view = job.study.kind.tell_view(job.study.facts, job.options.receivers)
+    return name_model(list_files(job.scene)) + view + name_sun(job.study.period, which, what)
+
+
+def name_sun(period: Period, which: range, what: str = "sun") -> str:
+    """Name what a picture shows and its dates, for its title."""
+    days = period.days[which.start : which.stop]
     if not days:
-        return ""
+        return f" · {what}"
     if len(days) > FEW:
         return f" · {what} on {len(days)} days"
-    *others, last = map(name_date, days)
-    listed = f"{', '.join(others)} and {last}" if others else last
-    return f" · {what} on {listed}"
+    return f" · {what} on {name_days(days, FEW)}"
 
 
 def join_names(names: Sequence[str]) -> str:
     """Join the first three names of files, and the number of the others."""
     return " + ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
-
-
-def name_dates(days: Sequence) -> str:
-    """Describe a study's dates."""
-    if len(days) <= FEW:
-        return ", ".join(map(str, days))
-    return f"{len(days)} days from {days[0]} to {days[-1]}"
 
 
 def describe_smooth(plan: Plan, study: Study, view: Preview) -> Plan:
@@ -291,6 +307,7 @@ def describe_smooth(plan: Plan, study: Study, view: Preview) -> Plan:
     return replace(smooth, note=f"{plan.note} · shadows in cells{size}")
 
 
-def describe_moments(plan: Plan, job: FolderJob) -> Plan:
-    """Return a plan whose caption is of shadows at some times, not of hours."""
-    return replace(plan, note=describe_foot(job.study, job.options, shows_hours=False))
+def describe_moments(plan: Plan, job: FolderJob, which: range) -> Plan:
+    """Return a plan whose captions are of shadows at some times of some dates, not of hours."""
+    note = describe_foot(job.study, job.options, shows_hours=False)
+    return replace(plan, title=name_picture(job, which, "shadows"), note=note)

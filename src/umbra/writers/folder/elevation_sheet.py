@@ -23,9 +23,16 @@ from umbra.sun.clock import Stamps, find_stamps
 from umbra.writers.edges import find_grid_appearance
 from umbra.writers.elevations import SheetContent, arrange, find_pixel_side
 from umbra.writers.folder import FolderJob
-from umbra.writers.folder.captions import Scale, choose_panels, place_elevation, tell_daylight
+from umbra.writers.folder.captions import (
+    Scale,
+    choose_panels,
+    name_picture,
+    place_elevation,
+    tell_daylight,
+)
 from umbra.writers.folder.context import add_context
 from umbra.writers.folder.foot import describe_foot, tell_every
+from umbra.writers.folder.loss_maps import fit_hours
 from umbra.writers.picture_content import DayMap, Plan
 from umbra.writers.proof.logo import read_logo
 from umbra.writers.title_block import SunRose
@@ -76,14 +83,15 @@ def draw_sheet(job: FolderJob, plan: Plan) -> list[str]:
     logo = None if job.outputs.logo is None else read_logo(job.outputs.logo)
     names = []
     for k in choose_panels(study) if len(plans) > 1 else (0,):
-        own, name = plan, "sheet.png"
+        own = replace(plan, title=name_picture(job, range(k, k + 1), job.show))
+        name = "sheet.png"
         if len(plans) > 1:
             date = tell_dates(plans[k])
             clock = f"{options.start} to {options.end}"
-            own = replace(plan, date=f"{date}, {clock} · {tell_daylight(plans[k])}")
+            own = replace(own, date=f"{clock} · {tell_daylight(plans[k])}")
             name = f"sheet_{date}.png"
         each = [("Plan", own, plans[k]), *((name, view, seen[k]) for name, view, seen in sides)]
-        finer = [count_finer(one, len(each), longest=None) for _, _, one in each]
+        finer = [count_finer(one, len(sides) if k else 1) for k, (_, _, one) in enumerate(each)]
         made = [describe_foot(plans[k], options, finer[0])]
         if {fine and fine.seconds for fine in finer[1:]} != {finer[0] and finer[0].seconds}:
             steps = sorted({tell_every(options, fine) for fine in finer[1:]})
@@ -94,7 +102,10 @@ def draw_sheet(job: FolderJob, plan: Plan) -> list[str]:
             (
                 caption,
                 view,
-                DayMap(scale.read_hours(fine or one), dark_from=scale.find_dark(fine or one)),
+                DayMap(
+                    fit_hours(scale.read_hours(fine or one), view.shape),
+                    dark_from=scale.find_dark(fine or one),
+                ),
             )
             for (caption, view, one), fine in zip(each, finer, strict=True)
         ]

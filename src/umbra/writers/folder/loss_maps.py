@@ -13,14 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.casters.casting import select_replaced
-from umbra.study import FinerHours, Preview, Study, count_finer, split_dates, tell_dates
+from umbra.study import FinerHours, Preview, Study, count_finer, name_dates, split_dates
 from umbra.writers.folder import FolderJob
 from umbra.writers.folder.captions import (
     choose_panels,
     find_maps,
     find_together,
-    name_model,
-    name_sun,
+    name_picture,
     tell_daylight,
 )
 from umbra.writers.folder.foot import describe_finer, list_few
@@ -58,11 +57,8 @@ def draw_lost(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
         matters |= np.nan_to_num(every).min(0) < -_MATTERS
         where = find_shown_window(matters, plan)
         plan = crop_plan(study, plan, where)
-    title = name_sun(
-        study, range(len(study.period.days)), f"sun lost to {list_few(options.proposed)}"
-    )
-    if not job.outputs.title:
-        plan = replace(plan, title=name_model(job.scene) + title)
+    taken = f"sun lost to {list_few(options.proposed)}"
+    plan = replace(plan, title=name_picture(job, range(len(study.period.days)), taken))
     change = "won or lost" if ramp == "change" else "lost"
     what = f"hours of sun {change} to {list_few(options.proposed)}"
     limit = f"newly under {study.facts['under_hours']:g} h"
@@ -148,7 +144,7 @@ def make_map(
     if len(shown) == 1:
         return DayMap(hours, **more)
     remark = " · ".join(filter(None, [tell_daylight(study), told]))
-    return DayMap(hours, tell_dates(study), remark, **more)
+    return DayMap(hours, name_dates(study), remark, **more)
 
 
 def count_dates(shown: Sequence[Study], job: FolderJob) -> list[FinerHours | None]:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from umbra.study import Preview, make_preview
 from umbra.study.measures import Measure, Quantity, guard
 from umbra.writers.folder import FolderJob
-from umbra.writers.folder.captions import describe
+from umbra.writers.folder.captions import describe, name_picture
 from umbra.writers.folder.context import add_context
 from umbra.writers.folder.foot import list_few
 from umbra.writers.folder.pictures import lay_out_points
@@ -47,8 +47,10 @@ def draw_measures(job: FolderJob, plan: Plan | None = None) -> list[str]:
         drawn = _list_drawn(job, measure)
         if not drawn:
             continue
-        plan = _describe(job, measure, preview, plan)
+        days = range(len(job.study.period.days) if measure.needs_sun else 0)
+        plan = _describe(job, measure, days, preview, plan)
         for one, values in drawn:
+            plan = replace(plan, title=name_picture(job, days, one.long_name))
             shown = values if values.shape == plan.shape else resample(values, plan.shape)
             names.append(f"{one.name}.png")
             path, end = job.folder / names[-1], find_end(one, values)
@@ -56,10 +58,11 @@ def draw_measures(job: FolderJob, plan: Plan | None = None) -> list[str]:
     return names
 
 
-def _describe(job: FolderJob, measure: Measure, preview: Preview, plan: Plan | None) -> Plan:
+def _describe(
+    job: FolderJob, measure: Measure, days: range, preview: Preview, plan: Plan | None
+) -> Plan:
     """Describe the maps of a measure; one of no sun has no dates."""
     study = job.study
-    days = range(len(study.period.days) if measure.needs_sun else 0)
     drawn = describe(job, preview, days, [measure])
     appearance = None if plan is None else plan.appearance
     if appearance is None and job.outputs.endings and not study.kind.is_level:

@@ -21,7 +21,7 @@ from umbra.study import (
 from umbra.study.finer import LONGEST
 from umbra.study.measures import Measure
 from umbra.study.preview import choose_stamps
-from umbra.sun import find_daylight, find_sun
+from umbra.sun import find_daylight, find_sun, name_date
 from umbra.sun.clock import Stamps, find_stamps
 from umbra.writers.folder import FolderJob
 from umbra.writers.folder.captions import (
@@ -31,8 +31,11 @@ from umbra.writers.folder.captions import (
     describe_moments,
     describe_smooth,
     find_maps,
+    list_files,
     name_model,
+    name_picture,
     name_shown,
+    name_sun,
     outline_areas,
     tell_place,
     tell_times,
@@ -102,7 +105,8 @@ def draw_pictures(job: FolderJob, sheets: PictureSheets) -> list[str]:
         _draw_profiles(job, sheets)  # takes longest to draw
     if job.only != "profile":
         shown, named = find_maps(job.study, sheets.plan)
-        _draw_hours(job, "hours.png", named, shown, Scale.of(job).what)
+        which = range(len(job.study.period.days))
+        _draw_hours(job, "hours.png", which, named, shown, Scale.of(job).what)
     if job.only is not None:
         return [f"{job.only}.png"]
     names = ["hours.png", "profile.png"]
@@ -119,7 +123,8 @@ def draw_pictures(job: FolderJob, sheets: PictureSheets) -> list[str]:
 
 def _draw_profiles(job: FolderJob, sheets: PictureSheets) -> None:
     """Draw the profile, with a map for each of several dates."""
-    study, plan = job.study, describe_moments(sheets.plan, job)
+    study = job.study
+    plan = describe_moments(sheets.plan, job, range(len(study.period.days)))
     most = _MOST_STAMPS if len(study.period.days) > MOST_DAYS else None
     steps = [choose_stamps(each, job.outputs.at, most) for each in study.period.steps]
     if len(steps) == 1:
@@ -208,18 +213,24 @@ def _draw_each_date(job: FolderJob, sheets: PictureSheets) -> list[str]:
             context_name=sheets.plan.context_name,
         )  # fmt: skip
         view = refine_preview(study, of_day, steps=stamps, like=view)
-        smooth = describe_smooth(describe_moments(own, job), study, view)
+        smooth = describe_smooth(describe_moments(own, job, range(k, k + 1)), study, view)
         _draw_profile(job, f"profile_{day}.png", smooth, [(k, stamps, view)])
-        _draw_hours(job, f"hours_{day}.png", own, [one])
+        _draw_hours(job, f"hours_{day}.png", range(k, k + 1), own, [one])
         names += [f"hours_{day}.png", f"profile_{day}.png"]
     return names
 
 
 def _draw_hours(
-    job: FolderJob, name: str, plan: Plan, shown: Sequence[Study], what: str = ""
+    job: FolderJob,
+    name: str,
+    which: range,
+    plan: Plan,
+    shown: Sequence[Study],
+    what: str = "",
 ) -> None:
-    """Draw the hours of some dates, a map each, on the scale of all."""
+    """Draw the hours of some dates, ``which`` by number, a map each, on the scale of all."""
     scale, finer = Scale.of(job), count_dates(shown, job)
+    plan = replace(plan, title=name_picture(job, which, scale.show))
     plan = describe_finer(plan, job, finer)
     each = [fit_hours(scale.read_hours(fine or one), plan.shape)
             for one, fine in zip(shown, finer, strict=True)]  # fmt: skip
@@ -253,7 +264,7 @@ def _draw_profile(
     shown: Any = (slice(None), *(where or ()))
     days = job.study.period.days
     maps = [
-        DayShadows(view.shadows[shown], stamps.labels(), view.away, str(days[k]),
+        DayShadows(view.shadows[shown], stamps.labels(), view.away, name_date(days[k]),
                    str(find_daylight(job.study.site, days[k])) if len(views) > 1 else "",
                bool(np.isnan(view.away).all()))
         for k, stamps, view in views
@@ -362,14 +373,16 @@ def describe_points(job: FolderJob, measures: Sequence[Measure] | None = None) -
     """Describe surfaces or points for a report, or for a map of ``measures`` instead of hours."""
     study, options, outputs = job.study, job.options, job.outputs
     has_dates = measures is None or any(measure.needs_sun for measure in measures)
+    which = range(len(study.period.days) if has_dates else 0)
     nowhere = np.zeros(1)
     return Plan(
         nowhere,
         nowhere,
-        title=outputs.title or f"{name_model(job.scene)}, {study.kind.noun}",
+        title=outputs.title
+        or f"{name_model(list_files(job.scene))}, {study.kind.noun}{name_sun(study.period, which)}",
         subtitle=outputs.subtitle or "",
         place=tell_place(study),
-        date=tell_times(study, options, range(len(study.period.days) if has_dates else 0)),
+        date=tell_times(study.period, options, which, is_titled=not outputs.title),
         note=" · ".join(
             [
                 f"umbra {study.facts['umbra_version']}",

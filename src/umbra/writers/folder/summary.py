@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from umbra.receivers.counted import Counted, meets_frame
-from umbra.study import Study, split_dates, tell_dates
+from umbra.study import Study, name_dates, split_dates, tell_dates
 from umbra.study.area_table import AreaTable, name_share
 from umbra.study.compare import LEAST
 from umbra.study.measures import Quantity
@@ -176,7 +176,8 @@ def tell_areas(table: AreaTable | None) -> list[str]:
         remark = remark and f" ({remark})"
         lines.append(
             f"{row['name']}: {100 * row[share]:.1f} % of {row['area_m2']:,.0f} m² has at least "
-            f"{least:g} h of sun on {row['date']} from {table.tell_interval(row)}{remark}"
+            f"{least:g} h of sun on {name_date(row['date'])} from {table.tell_interval(row)}"
+            f"{remark}"
         )
     if len(rows) > _MOST_AREAS:
         lines.append(f"and {len(rows) - _MOST_AREAS} more areas, in areas.csv")
@@ -208,7 +209,7 @@ def _tell_hours(study: Study, taker: tuple[str, str], worst: str = "") -> list[s
     mean, whole = (say_hours(h) for h in (counted.average(study.sun_hours), study.up_hours))
     never = 100 * counted.add_up(study.sun_hours <= _NEVER) / counted.whole
     days = study.period.days
-    date = name_date(days[0]) if len(days) == 1 else tell_dates(study)
+    date = name_dates(study)
     has_losses = "hours_lost" in study.more
     prefix = f"{date}{'' if has_losses else worst}: " if date else ""
     possible = 100 * counted.average(study.sun_hours) / study.up_hours

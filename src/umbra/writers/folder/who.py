@@ -1,5 +1,6 @@
 """The map of who casts the shadow, of a study with by= or who=."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ from umbra.study import Preview
 from umbra.study.accumulators.groups import find_members
 from umbra.writers.caster_map import HUES, WhoMap
 from umbra.writers.folder import FolderJob
-from umbra.writers.folder.captions import find_together
+from umbra.writers.folder.captions import find_together, name_picture
 from umbra.writers.picture_content import Plan
 from umbra.writers.pixels import resample
 
@@ -46,9 +47,11 @@ def draw_who(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
         [names[k] for k in shown], stands,
     )  # fmt: skip
     most = float(np.nanmax(who.hours))
-    what = "longest in the shadow of"
+    what = "main caster"
     if divisor > 1:
         what += f" (mean of {divisor} dates)"
+    title = name_picture(job, range(len(study.period.days)), "main casters of shadow")
+    plan = replace(plan, title=title)
     job.painter.draw_who(job.folder / "who.png", plan, who, most, what=what)
     return ["who.png"]
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from umbra.rules.words import MEASURES, STANDINGS, tell_amount
 from umbra.study.rules.measurement import read_clock
+from umbra.sun import name_date
 from umbra.verdicts.judge import Finding, RuleVerdict
 from umbra.verdicts.outcome import FAIL, PASS, UNKNOWN, Outcome
 
@@ -120,7 +121,7 @@ def _tell_one(finding: Finding) -> str:
         if outcome.limit is None
         else f" where {tell_amount(outcome.limit, outcome.unit)} is the limit"
     )
-    date = f" on {outcome.date}" if outcome.date else ""
+    date = f" on {name_date(outcome.date)}" if outcome.date else ""
     if date and outcome.counted:  # a map beside it may show other hours of the day
         date += f", {outcome.counted},"
     before = ""

@@ -2,6 +2,7 @@
 
 import base64
 import html
+import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -50,6 +51,9 @@ class Table:
 
 _FIRST = 2  # sentences above the map
 _MANY = 6  # columns that fit beside each other on a phone
+_VERY_MANY = 9  # on paper
+_NARROW, _LONG = 4, 12  # columns of a table that fits twice beside itself on paper, if it is long
+_BROAD = 2.4  # width of a picture to its height, of which two and a tall one fit on a page
 _SHORT, _NAME = 14, 32  # letters of a cell that is not broken: a date; a name in the first column
 
 
@@ -110,10 +114,16 @@ def make_sheets(sheets: Sequence[tuple[str, Path]]) -> str:
 
 
 def _make_figures(sheets: Sequence[tuple[str, Path]]) -> str:
-    return "\n".join(
-        f'<figure>{_begin_wide(caption)}<img src="{make_address(path.read_bytes())}" '
+    figures = "\n".join(_make_figure(caption, path.read_bytes()) for caption, path in sheets)
+    return f'<div class="figures-list">{figures}</div>' if sheets else ""
+
+
+def _make_figure(caption: str, png: bytes) -> str:
+    width, height = struct.unpack(">II", png[16:24])  # of its header
+    broad = ' class="broad"' if width > _BROAD * height else ""
+    return (
+        f'<figure{broad}>{_begin_wide(caption)}<img src="{make_address(png)}" '
         f'alt="{html.escape(caption)}"></div></figure>'
-        for caption, path in sheets
     )
 
 
@@ -158,17 +168,20 @@ def make_table(table: Table, sheets: Sequence[tuple[str, Path]] = ()) -> str:
     body = "\n".join(line(n, row) for n, row in enumerate(table.rows))
     note = f'<p class="quiet note">{text(table.note)}</p>' if table.note else ""
     figures = _make_figures([one for one in sheets if one[1].stem in table.sheets])
+    marked = "many very-many" if len(table.columns) > _VERY_MANY else "many" if many else ""
+    is_narrow = len(table.columns) <= _NARROW and len(table.rows) > _LONG
     return (
         f'<section class="sortable">\n<h2>{text(table.title)}</h2>\n{figures}'
-        f"{_begin_wide(table.title)}"
-        f'<table class="{"many" if many else ""}"><thead><tr>{head}</tr></thead>\n'
+        f"{_begin_wide(table.title, is_narrow=is_narrow)}"
+        f'<table class="{marked}"><thead><tr>{head}</tr></thead>\n'
         f"<tbody>{body}</tbody></table></div>{note}\n</section>"
     )
 
 
-def _begin_wide(title: str) -> str:
+def _begin_wide(title: str, *, is_narrow: bool = False) -> str:
     """Begin a box that keys can scroll where it is wider than the screen."""
-    return f'<div class="wide" tabindex="0" role="group" aria-label="{html.escape(title)}">'
+    of = "wide narrow" if is_narrow else "wide"
+    return f'<div class="{of}" tabindex="0" role="group" aria-label="{html.escape(title)}">'
 
 
 def _is_numeric(values: Sequence[object]) -> bool:

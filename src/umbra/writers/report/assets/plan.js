@@ -120,14 +120,13 @@ const makePlan = async () => {
     return small.toDataURL();
   };
   const fit = (least = 1) => {
-    const wide = Math.max(1, map.parentElement.clientWidth);
+    const wide = Math.max(1, $("stage").querySelector(".left").clientWidth - 2);
     // A tall plan is held to the window's height, so that the slider stays in view.
     const from = map.getBoundingClientRect().top + window.scrollY;
     const most = Math.max(320, window.innerHeight - from - BELOW);
     const shownWide = Math.min(wide, (most * cols * data.dx) / (rows * data.dy));
     const dot = Math.max(least, Math.min(window.devicePixelRatio || 1, 3));
-    map.style.width = shownWide + "px";
-    map.style.margin = "0 auto";
+    map.parentElement.style.width = shownWide + 2 + "px";  // with its border
     map.width = Math.round(shownWide * dot);
     map.height = Math.max(1, Math.round((map.width * rows * data.dy) / (cols * data.dx)));
   };

@@ -49,7 +49,10 @@ const hoursUp = (first, last) => {
   return sum;
 };
 const upHours = hoursUp(0, n - 1);
-const withDay = (i, text) => (days.length > 1 ? data.days[steps.day[i]] + " " : "") + text;
+const years = new Set(data.days.map((day) => day.slice(0, 4)));
+const nameDay = (day, month = "long") =>  // the title has the year, if it is one
+  new Date(day + "T00:00Z").toLocaleDateString("en-GB", { day: "numeric", month, ...(years.size > 1 && { year: "numeric" }), timeZone: "UTC" });
+const withDay = (i, text) => (days.length > 1 ? nameDay(data.days[steps.day[i]]) + ", " : "") + text;
 
 // ---- masks: a bit for each receiver, of the steps with the sun up
 

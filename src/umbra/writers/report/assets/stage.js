@@ -187,7 +187,7 @@ const makeStage = (picture) => {
   // ---- begin: when the sun stands highest
 
   $("no-sun").style.background = `rgb(${data.no_sun})`;
-  days.forEach((d, k) => chooser.add(new Option(d.day, k)));
+  days.forEach((d, k) => chooser.add(new Option(nameDay(d.day), k)));
   chooser.hidden = days.length < 2;
   for (const part of document.querySelectorAll(".of-days")) part.hidden = days.length < 2;
   $("sum").textContent = tellSum(picture);

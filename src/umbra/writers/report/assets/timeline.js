@@ -55,7 +55,7 @@ const showFigures = (picture, receiver, view) => {
   $("spell-list").innerHTML = listed.length
     ? `${data.behind ? "In unweakened sun" : "In the sun"} ${texts.map((text) => `<span>${text}</span>`).join(", ")}` + (figures.spells.length > 12 ? " and later" : "")
     : !isThere ? "" : upHere ? `No ${data.behind ? "unweakened " : ""}sun ${isOne ? "on this date" : "in this period"}.` : "The sun stays below the horizon.";
-  const which = isSum ? tellSum(picture) : isOne ? ` on ${day}` : "";
+  const which = isSum ? tellSum(picture) : isOne ? ` on ${nameDay(day, "short")}` : "";
   labelOf("in-sun").textContent = "sun" + which;
   labelOf("in-shadow").textContent = "shadow" + which;
   return which;
@@ -71,7 +71,7 @@ const drawLine = (kindOf, receiver, now) => {
   let svg = "";
   days.forEach((d, row) => {
     const y = row * (high + gap);
-    if (left) svg += `<text x="0" y="${y + high - 7 + (high < 20 ? 4 : 0)}">${d.day}</text>`;
+    if (left) svg += `<text x="0" y="${y + high - 7 + (high < 20 ? 4 : 0)}">${nameDay(d.day, "short")}</text>`;
     for (let i = d.first; i <= d.last; ) {
       const kind = kindOf(i, receiver);
       let j = i;
