@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from support.chromium import Chromium, Page, find_chromium
 from support.skips import WANTS, find_unexpected, read_reason, tell
+from support.sweeps import make_all
 
 from umbra.registry import take_notes
 
@@ -64,6 +65,11 @@ def pytest_addoption(parser):
         help=f"What this machine lacks, of {', '.join(WANTS)}, or nothing: "
         "a test that skips for another reason fails the run.",
     )
+    parser.addoption("--thorough", action="store_true", help="Make every case of every sweep.")
+
+
+def pytest_configure(config):
+    make_all(config.getoption("--thorough"))
 
 
 def _find_skips(config):

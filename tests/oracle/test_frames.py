@@ -20,6 +20,7 @@ from support.shapes import (
     staircase,
     turned,
 )
+from support.sweeps import fewer, some, some_pairs
 
 from umbra.cpu.frame import FrameCounter
 from umbra.scene import Camera, directional_light, make_scene, point_light
@@ -51,7 +52,7 @@ LIGHTS = {
 @pytest.mark.parametrize("name", SCENES)
 def test_every_pixel_is_right(name, camera):
     mesh, verdicts = SCENES[name](), Verdicts()
-    for light in LIGHTS.values():
+    for light in some(LIGHTS.values(), 2, len(name) + len(camera)):
         verdicts += judge_frame(mesh, CAMERAS[camera], light)[0]
     # A level sun sees the whole ground edge-on.
     verdicts.check(most_on_edges=0.01)
@@ -90,10 +91,9 @@ def test_lights_in_awkward_places():
 )
 def test_casters_cut_by_the_near_plane(name, near):
     mesh, verdicts = SCENES[name](), Verdicts()
-    for height in (None, 25.0):
+    for height, light in some_pairs((None, 25.0), LIGHTS.values(), 2, len(name) + int(near)):
         camera = Camera((20, -25, 14), (0, 0, 3), size=SIZE, near=near, height=height)
-        for light in LIGHTS.values():
-            verdicts += judge_frame(mesh, camera, light)[0]
+        verdicts += judge_frame(mesh, camera, light)[0]
     verdicts.check(most_on_edges=0.01)
 
 
@@ -337,7 +337,7 @@ def cameras(draw):
 
 
 @settings(
-    max_examples=150,
+    max_examples=fewer(150, 2),
     deadline=None,
     derandomize=True,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much],

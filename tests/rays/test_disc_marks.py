@@ -86,6 +86,21 @@ def test_edges_within_a_surface_mark_nothing():
     assert np.array_equal(marks, np.abs(np.abs(x) - 9) <= penumbra * 1.001)
 
 
+def test_a_penumbra_is_as_wide_as_its_edge_is_high_above():
+    """Of the discs that an upright mast marks few are not cut, at its foot, too."""
+    tree = make_face_tree(make_caster(*box((0, 0, 0), (0.2, 0.2, 40))))
+    x, y = np.meshgrid(np.linspace(-0.4, 0.6, 501), np.linspace(0.3, 39, 60))
+    points = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
+    normals, sun = np.tile(UP, (x.size, 1)), np.array([[0.0, -np.sqrt(0.5), np.sqrt(0.5)]])
+    touching = find_touching(tree, points, normals)
+    marks = mark_cut_discs(tree, make_face_edges(tree), points, normals, touching, sun, RADIUS)[0]
+    shares = find_free_disc(tree, points, normals, sun, RADIUS)[0]
+    cut = (shares > 0) & (shares < 1)
+    assert marks[cut].all()
+    assert cut.sum() > 5000
+    assert (marks & ~cut).sum() < 0.05 * cut.sum()
+
+
 def test_what_touches_a_face_is_told_but_not_its_own_surface():
     mesh = merge(box((0, 0, 0), (4, 4, 4)), box((4, 1, 0), (6, 2, 3)))
     tree = make_face_tree(make_caster(*mesh))

@@ -134,6 +134,10 @@ def test_contacts_lie_beside_the_steps_that_see_the_disc():
     assert ((before - second <= begins) & (begins <= middles[first] + second)).all()
     assert ((middles[last] - second <= ends) & (ends <= after + second)).all()
     assert len(np.unique(begins)) > 10
+    # To the bit whichever receivers are solved beside.
+    turned = ask(slats, disc=True, every="30min", **point | {"points": points[::-2]})
+    for name in ("first_contact", "last_contact"):
+        assert np.array_equal(turned[name], whole[name][::-2])
 
 
 @pytest.mark.parametrize("dark", [0, 1])

@@ -185,8 +185,9 @@ def _mark(tree, edges, places, toward, reach, marks, taken):
     slope, near = reach
     wide = _WIDER * slope
     n, m = points.shape[0], edges.ends.shape[0]
+    box = _bound_points(points)
     facing = np.zeros(tree.normals.shape[0], np.int8)
-    rims = np.zeros((m, 5))
+    rims = np.zeros((m, 6))
     bins = np.zeros(n, np.int32)
     entries = np.zeros((max(4 * m, 16), 2), np.int32)
     while True:
@@ -195,7 +196,7 @@ def _mark(tree, edges, places, toward, reach, marks, taken):
             return
         frame = make_frame(get(toward, k), slope)
         number = _list_rims(tree, edges, frame, facing, rims)
-        corner, scale, shape = _lay_bins(points, frame, number)
+        corner, scale, shape = _lay_bins(n, box, frame, number)
         lowest = np.full(shape[0] * shape[1], np.inf)
         heads = np.full(shape[0] * shape[1], -1, np.int32)
         bottom = _fill_bins(points, frame, corner, scale, shape, bins, lowest)
@@ -221,7 +222,8 @@ def _list_rims(tree, edges, frame, facing, rims):
     """
     List edges that may bound what covers the disc, in its frame; return their number.
 
-    All but those with a face on either side, as seen from wherever the disc meets them.
+    All but those with a face on either side, as seen from wherever the disc meets them. The end
+    that is farther toward the disc is the last.
     """
     d, u, v, slope = frame
     for f in range(facing.size):
@@ -238,24 +240,32 @@ def _list_rims(tree, edges, frame, facing, rims):
         if left and right:
             continue
         a, b = get(ends, e), (ends[e, 3], ends[e, 4], ends[e, 5])
-        rims[number, 0], rims[number, 1] = dot(a, u), dot(a, v)
-        rims[number, 2], rims[number, 3] = dot(b, u), dot(b, v)
-        rims[number, 4] = max(dot(a, d), dot(b, d))
+        if dot(a, d) > dot(b, d):
+            a, b = b, a
+        rims[number, 0], rims[number, 1], rims[number, 2] = dot(a, u), dot(a, v), dot(a, d)
+        rims[number, 3], rims[number, 4], rims[number, 5] = dot(b, u), dot(b, v), dot(b, d)
         number += 1
     return number
 
 
 @borrowing
-def _lay_bins(points, frame, rims):
-    """Return the lowest corner of bins across the disc's way, bins a metre, and their numbers."""
+def _bound_points(points):
+    """Return the lowest and the highest coordinates."""
     low, high = (math.inf, math.inf, math.inf), (-math.inf, -math.inf, -math.inf)
     for i in range(points.shape[0]):
         p = get(points, i)
         low = (min(low[0], p[0]), min(low[1], p[1]), min(low[2], p[2]))
         high = (max(high[0], p[0]), max(high[1], p[1]), max(high[2], p[2]))
+    return low, high
+
+
+@borrowing
+def _lay_bins(points, box, frame, rims):
+    """Return the lowest corner of bins across the disc's way, bins a metre, and their numbers."""
+    low, high = box
     (x0, x1), (y0, y1) = _bound(low, high, frame.u), _bound(low, high, frame.v)
     wide, high_ = max(x1 - x0, 1e-3), max(y1 - y0, 1e-3)
-    wanted = min(max(0.5 * math.sqrt(points.shape[0] * (rims + 1.0)), _FEWEST), _MOST)
+    wanted = min(max(0.5 * math.sqrt(points * (rims + 1.0)), _FEWEST), _MOST)
     side = max(math.sqrt(wide * high_ / wanted), max(wide, high_) / wanted)
     return (x0, y0), 1.0 / side, (np.int64(wide / side) + 1, np.int64(high_ / side) + 1)
 
@@ -291,7 +301,7 @@ def _fill_bins(points, frame, corner, scale, shape, bins, lowest):
 def _enter(rims, e, reach, corner, scale, shape, lowest, heads, entries, count):
     """Enter an edge in the bins that its penumbra meets; return the entries, -1: no room."""
     slope, near, bottom = reach
-    xa, ya, xb, yb, top = rims[e, 0], rims[e, 1], rims[e, 2], rims[e, 3], rims[e, 4]
+    (xa, ya), (xb, yb), top = (rims[e, 0], rims[e, 1]), (rims[e, 3], rims[e, 4]), rims[e, 5]
     if top < bottom - near:
         return count
     farthest = slope * max(top - bottom, 0.0) + near
@@ -303,9 +313,8 @@ def _enter(rims, e, reach, corner, scale, shape, lowest, heads, entries, count):
         if count + max(end - first, 0) * (right - left) > entries.shape[0]:
             return -1
     dx, dy = xb - xa, yb - ya
-    length = dx * dx + dy * dy
     side = 1.0 / scale
-    half = 0.7072 * side + near
+    half = 0.7072 * side
     for row in range(first, end):
         # The part of the edge that may be near the row.
         low, high = corner[1] + row * side - farthest, corner[1] + (row + 1) * side + farthest
@@ -323,12 +332,8 @@ def _enter(rims, e, reach, corner, scale, shape, lowest, heads, entries, count):
             at = row * shape[0] + column
             if lowest[at] > top + near:
                 continue
-            x = corner[0] + (column + 0.5) * side - xa
-            y = corner[1] + (row + 0.5) * side - ya
-            t = min(max((x * dx + y * dy) / length, 0.0), 1.0) if length > 0.0 else 0.0
-            x, y = x - t * dx, y - t * dy
-            wide = half + slope * max(top - lowest[at], 0.0) + near
-            if x * x + y * y <= wide * wide:
+            x, y = corner[0] + (column + 0.5) * side, corner[1] + (row + 0.5) * side
+            if _reaches(rims, e, x, y, lowest[at], slope, near, half):
                 entries[count, 0], entries[count, 1] = e, heads[at]
                 heads[at] = count
                 count += 1
@@ -341,12 +346,16 @@ def _ask_bins(places, frame, reach, bins, rims, heads, entries, marks):
     points, normals, touching = places
     d, u, v, radius = frame
     slope, near = reach
+    grazing = (_GRAZING * radius) ** 2
     for i in range(points.shape[0]):
         n = get(normals, i)
-        toward, grazing = dot(n, d), _GRAZING * radius * math.sqrt(dot(n, n))
-        if toward < -grazing:
+        toward = dot(n, d)
+        if toward * toward <= grazing * dot(n, n):
+            marks[i] = True
+            continue
+        if toward < 0.0:
             continue  # behind its own surface
-        if touching[i] or toward <= grazing:
+        if touching[i]:
             marks[i] = True
             continue
         entry = heads[bins[i]]
@@ -356,15 +365,28 @@ def _ask_bins(places, frame, reach, bins, rims, heads, entries, marks):
         px, py, pz = dot(p, u), dot(p, v), dot(p, d)
         while entry >= 0:
             e, entry = entries[entry, 0], entries[entry, 1]
-            top = rims[e, 4] - pz
-            if top < -near:
-                continue
-            x, y = px - rims[e, 0], py - rims[e, 1]
-            dx, dy = rims[e, 2] - rims[e, 0], rims[e, 3] - rims[e, 1]
-            length = dx * dx + dy * dy
-            t = min(max((x * dx + y * dy) / length, 0.0), 1.0) if length > 0.0 else 0.0
-            x, y = x - t * dx, y - t * dy
-            wide = slope * max(top, 0.0) + near
-            if x * x + y * y <= wide * wide:
+            if _reaches(rims, e, px, py, pz, slope, near, 0.0):
                 marks[i] = True
                 break
+
+
+@inlined
+def _reaches(rims, e, x, y, z, slope, near, around):
+    """
+    Return whether an edge's penumbra comes within a distance of a place.
+
+    It is as wide as ``slope`` times the height above the place, and twice ``near`` at most wider.
+    """
+    rise, low = rims[e, 5] - rims[e, 2], rims[e, 2] - z + near
+    if low + rise < 0.0:
+        return False
+    x, y = x - rims[e, 0], y - rims[e, 1]
+    dx, dy = rims[e, 3] - rims[e, 0], rims[e, 4] - rims[e, 1]
+    wide, wider = slope * low + near + around, slope * rise
+    # Of the part that is not below the place: distance and width, squared, differ by a parabola.
+    first = -low / rise if low < 0.0 else 0.0
+    bend, t = dx * dx + dy * dy - wider * wider, 1.0
+    if bend > 0.0:
+        t = min(max((x * dx + y * dy + wide * wider) / bend, first), 1.0)
+    ax, ay, width = x - t * dx, y - t * dy, wide + t * wider
+    return ax * ax + ay * ay <= width * width

@@ -41,7 +41,6 @@ MOST_FACES = 512
 _RAYS = 4096
 _TINY = 1e-30
 _COARSE = 2.0**-21  # of coordinates: the rounding of boxes in float32
-_ASK = 6  # faces in a disc's cone from which a ray to its middle is cast
 _BLOCK, _GROUP = 64, 8  # points that are asked together
 _FEW = 12  # faces for which fewer points are not asked
 _LEVEL = (0.0, 0.0, 1.0)
@@ -153,11 +152,9 @@ def _open(known, k, shares, first, end):
 @borrowing
 def _hide(tree, points, normals, frame, known, k, first, end, lasts, stack, sides, shares):
     """Close the open points of a block of whose disc the face before its middle hides all."""
-    if known.cut.size == 0:
-        return
     recent = np.int64(-1)
     for i in range(first, end):
-        if shares[i] != _OPEN or not known.hidden[k, i]:
+        if shares[i] != _OPEN or (known.cut.size and not known.hidden[k, i]):
             continue
         p = get(points, i)
         if recent < 0 or not covers_disc(tree, recent, p, frame, sides):
@@ -273,7 +270,7 @@ def gather_disc_faces(tree, low, high, frame, stack, faces):
 @borrowing
 def measure_disc(tree, p, n, frame, land, faces, number, stack, sides, enough):
     """
-    Return the free share of a point's disc, and a face that covers all of it, else -1.
+    Return the free share of a point's disc, and a face that alone covers all of it, else -1.
 
     Parameters
     ----------
@@ -300,11 +297,6 @@ def measure_disc(tree, p, n, frame, land, faces, number, stack, sides, enough):
         count = add_land_edge(sides, count, frame, land)
     if count < 0:
         return 0.0, np.int64(-1)
-    middle = np.int64(-1)
-    if number >= _ASK and count == 0:
-        middle = is_hidden(p, n, frame.d, tree, stack, middle)
-        if middle >= 0 and covers_disc(tree, middle, p, frame, sides):
-            return 0.0, middle
     for k in range(number):
         got = add_face(sides, count, frame, tree, faces[k], p)
         if got < 0:
@@ -317,7 +309,7 @@ def measure_disc(tree, p, n, frame, land, faces, number, stack, sides, enough):
     clear_sides(sides, count)
     if share < 0.0:
         share = _sample(tree, p, n, frame, land, stack, sides)
-    return share, middle
+    return share, np.int64(-1)
 
 
 @borrowing

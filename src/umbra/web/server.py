@@ -104,6 +104,7 @@ class _BoundedServer(ThreadingHTTPServer):
     """
 
     daemon_threads = True
+    request_queue_size = 128  # not yet accepted: one that is dropped asks again after seconds
 
     def __init__(self, *given: Any) -> None:
         super().__init__(*given)

@@ -57,14 +57,14 @@ class DiscHours(HourSums):
         self._order = _order_by_place(places.points)
         self._places = places.pick(self._order)
         self._middles = _Middles(run.tiles[0], self._places, self._order, self._land)
-        self._known = np.zeros(0, np.int64)
+        self._known, self._looked = (np.zeros(0, np.int64) for _ in range(2))
         self._first, self._last = (np.full((2, len(places)), _NEVER) for _ in range(2))
         super().add_sums(run, lights, progress)
         where = run.where if isinstance(run.where, tuple) else (run.where,)
-        for k, times in enumerate((self._first, self._last)):
-            solved = np.zeros(len(places), np.int64)
-            solved[self._order] = self._solve(run.tiles[0], *times)
-            self._contacts[k, *where] = solved.reshape(run.shape)
+        dark, lit = np.concatenate([self._first, self._last], axis=1)
+        solved = np.zeros((2, len(places)), np.int64)
+        solved[:, self._order] = self._solve(run.tiles[0], dark, lit).reshape(2, -1)
+        self._contacts[:, *where] = solved.reshape(2, *run.shape)
 
     def _add_groups(
         self, run: TileRun, lights: Lights, group: NDArray[np.intp], shares: NDArray[np.float64],
@@ -77,6 +77,7 @@ class DiscHours(HourSums):
         directions = np.ascontiguousarray(lights.directions[:, :3])
         middles, before, after = self._find_times(lights.step)
         self._known = np.union1d(self._known, middles)
+        self._looked = np.unique(np.concatenate([self._looked, before, middles, after]))
         begins, ends = (np.full(len(hours), -1) for _ in range(2))
         for first in range(0, len(lights), _AT_ONCE):
             batch = slice(first, first + _AT_ONCE)
@@ -126,26 +127,28 @@ class DiscHours(HourSums):
         self, tile: Tile, dark: NDArray[np.int64], lit: NDArray[np.int64]
     ) -> NDArray[np.int64]:
         """
-        Return when the disc appears or goes between two times of each receiver, (n,) [us].
+        Return when the disc appears and goes between two times of each receiver, (2 n,) [us].
 
         A part of it is seen at ``lit``; what is seen at ``dark``, too, has its contact there: the
         middles of steps are known.
         """
-        times = lit.copy()
-        for end in np.setdiff1d(dark[lit != _NEVER], self._known):  # of a day, or of its hours
-            which = np.flatnonzero((dark == end) & (lit != _NEVER))
-            times[which[self._see(tile, which, end)]] = end
-        changed = np.flatnonzero((times != _NEVER) & (times != dark))
+        times, has_sun = lit.copy(), lit != _NEVER
+        for end in np.setdiff1d(self._looked, self._known):  # of a day, or of its hours
+            which = np.flatnonzero((dark == end) & has_sun)
+            if len(which):
+                times[which[self._see(tile, which % len(self._places), end)]] = end
+        changed = np.flatnonzero(has_sun & (times != dark))
         if not len(changed):
             return times
-        darks, of_dark = np.unique(dark[changed], return_inverse=True)
-        lits, of_lit = np.unique(lit[changed], return_inverse=True)
-        pairs, which = np.unique(of_dark * len(lits) + of_lit, return_inverse=True)
-        ways = np.stack([darks[pairs // len(lits)], lits[pairs % len(lits)]])
+        between = np.stack([dark[changed], lit[changed]])
+        at = np.searchsorted(self._looked, between)
+        codes = at.min(0) * len(self._looked) + at.max(0)
+        ways, which = np.unique(codes, return_inverse=True)
+        of = changed % len(self._places)
+        track = self._follow(self._looked[np.stack(np.divmod(ways, len(self._looked)))])
         times[changed] = find_contacts(
-            tile.tree, self._places.points[changed], self._places.normals[changed],
-            self._follow(ways), which, np.stack([dark[changed], lit[changed]]), RADIUS,
-            _CLOSE, tile.casting.threads, self._land,
+            tile.tree, self._places.points[of], self._places.normals[of], track, which, between,
+            RADIUS, _CLOSE, tile.casting.threads, self._land,
         )  # fmt: skip
         return times
 
@@ -160,15 +163,15 @@ class DiscHours(HourSums):
         )  # fmt: skip
         return free[0] > SEEN
 
-    def _follow(self, pairs: NDArray[np.int64]) -> DiscTrack:
+    def _follow(self, ways: NDArray[np.int64]) -> DiscTrack:
         """
-        Return the sun's way between pairs of times, (2, n) [us].
+        Return the sun's ways from some times to others, (2, n) [us].
 
         It is straight within a quarter of a minute, to 2e-7, which the sun moves in 3 ms. Near the
         horizon, where refraction begins at once, it has a direction each second.
         """
-        starts, ends = pairs.min(0), pairs.max(0)
-        low = np.minimum(*(self._find_sun(times)[:, 2] for times in pairs)) < _LOW
+        starts, ends = ways
+        low = np.minimum(*(self._find_sun(times)[:, 2] for times in ways)) < _LOW
         steps = np.where(low, _SECOND, 15 * _SECOND)
         counts = np.maximum(-(-(ends - starts) // steps), 1) + 1
         first = np.append(0, np.cumsum(counts))
