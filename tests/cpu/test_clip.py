@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.shapes import SCENES, box, jumble, rewound, sheet
-from support.sweeps import fewer
+from support.sweeps import reduce_count
 
 from umbra.cpu.plane import clip_above
 from umbra.volume.adjacency import make_caster
@@ -61,7 +61,7 @@ def test_cut_chains_stay_closed(name, height):
     assert (caster.vertices[used, 2] >= height).all()
 
 
-@settings(max_examples=fewer(100, 2), deadline=None, derandomize=True)
+@settings(max_examples=reduce_count(100, 2), deadline=None, derandomize=True)
 @given(st.integers(0, 2**32), st.integers(1, 40), st.integers(3, 9), st.booleans())
 def test_any_soup_cut_at_any_height(seed, n, places, whole):
     rng = np.random.default_rng(seed)

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.raycaster import RayCaster
 from support.shapes import SCENES, box, city, jumble, merge, moved, sheet, soup, turned
-from support.sweeps import fewer
+from support.sweeps import reduce_count
 
 from umbra.cpu.patch_pieces import PieceCounter, PieceEdges
 from umbra.cpu.patches import make_patches
@@ -85,7 +85,7 @@ def test_pieces_of_every_scene_agree_with_rays(name):
     check(mesh, piece, make_suns(rng, 4), np.ptp(mesh[0], axis=0).max() / 60)
 
 
-@settings(max_examples=fewer(15, 2), deadline=None)
+@settings(max_examples=reduce_count(15, 2), deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), sharp=st.booleans(), floor=st.booleans())
 def test_pieces_of_soups_agree_with_rays(seed, sharp, floor):
     rng = np.random.default_rng(seed)

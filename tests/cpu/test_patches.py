@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from support.days import parts
 from support.patches import FLOOR, check, make_counter, make_suns, prepare
 from support.shapes import SCENES, box, city, jumble, merge, moved, sheet, soup, turned
-from support.sweeps import fewer
+from support.sweeps import reduce_count
 
 import umbra.cpu.patch_count
 import umbra.cpu.patches
@@ -111,7 +111,7 @@ def test_every_scene_agrees_with_rays(name):
     check(mesh, make_suns(np.random.default_rng(2), 5), most / 60)
 
 
-@settings(max_examples=fewer(25, 2), deadline=None)
+@settings(max_examples=reduce_count(25, 2), deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), sharp=st.booleans(), floor=st.booleans())
 def test_soups_agree_with_rays(seed, sharp, floor):
     rng = np.random.default_rng(seed)

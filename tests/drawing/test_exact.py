@@ -5,7 +5,7 @@ import pytest
 from support.model_files import DATA, FILES
 from support.paint import NEAR, judge_drawing, opaque
 from support.shapes import aligned_boxes, box, city, jumble, merge, soup, three_walls, torus_knot
-from support.sweeps import some
+from support.sweeps import sample_cases
 
 import umbra
 from umbra.scene import Part, Scene
@@ -73,7 +73,7 @@ def test_every_pixel_is_that_of_the_counter(mesh):
     assert shown >= 4
 
 
-@pytest.mark.parametrize("name", [*some(FILES[3:], 2, 1), FILES[0], "fzk_haus.ifc"])
+@pytest.mark.parametrize("name", [*sample_cases(FILES[3:], 2, 1), FILES[0], "fzk_haus.ifc"])
 def test_real_models_are_drawn_exactly(name):
     if not (DATA / name).exists():
         pytest.skip(f"no real model {name}")

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from support.gl_judge import Judge
 from support.shapes import box, torus_knot
 from support.spheres import make_sphere
-from support.sweeps import fewer
+from support.sweeps import reduce_count
 
 from umbra.gl.convexity import Balls, find_balls, find_convex
 from umbra.gl.flags import LOW
@@ -96,7 +96,7 @@ def place(mesh, scale, far, turn):
     return scale * (np.asarray(vertices, float) @ turn.T) + far, np.asarray(faces)
 
 
-@settings(deadline=None, max_examples=fewer(60, 2))
+@settings(deadline=None, max_examples=reduce_count(60, 2))
 @given(st.integers(0, 10_000), SCALES, TURNS, st.integers(0, 2))
 def test_hulls_are_convex_however_large_and_however_they_are_cut(seed, scale, turn, times):
     points = np.random.default_rng(seed).normal(size=(12, 3))
@@ -123,13 +123,13 @@ def test_shapes_known_to_be_convex(shape):
     assert is_convex(*mesh)
 
 
-@settings(deadline=None, max_examples=fewer(60, 2))
+@settings(deadline=None, max_examples=reduce_count(60, 2))
 @given(st.sampled_from(((5, 2), (7, 2), (7, 3), (9, 4))), st.floats(0.2, 20), SCALES, FAR, TURNS)
 def test_stars_wind_more_than_once_around_their_tips(star, height, scale, far, turn):
     assert not is_convex(*place(turn_outward(*make_star(*star, height)), scale, far, turn))
 
 
-@settings(deadline=None, max_examples=fewer(60, 2))
+@settings(deadline=None, max_examples=reduce_count(60, 2))
 @given(st.integers(6, 60), st.integers(3, 20), st.floats(0.01, 0.3), SCALES, FAR, TURNS)
 def test_bowls_are_not_convex_at_any_scale(segments, rings, wall, scale, far, turn):
     bowl = turn_outward(*make_bowl(segments, rings, wall=wall))
@@ -280,7 +280,7 @@ def make_random(random):
     return vertices + random.uniform((-5, -5, 3), (5, 5, 7)), faces
 
 
-@settings(deadline=None, max_examples=fewer(25, 2))
+@settings(deadline=None, max_examples=reduce_count(25, 2))
 @given(st.integers(0, 100_000), st.sampled_from((0.0, 2500.0)))
 def test_shadows_of_random_solids_on_the_ground_are_those_of_rays(shared_device, seed, far):
     random = np.random.default_rng(seed)

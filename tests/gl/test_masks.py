@@ -6,7 +6,7 @@ from support.gl_judge import Judge
 from support.judge import Verdicts
 from support.model_files import save_obj
 from support.shapes import HOUSE, SCENES, aligned_boxes, box, city, staircase
-from support.sweeps import some_pairs
+from support.sweeps import sample_pairs
 
 from umbra.cli import main
 from umbra.gl.bodies import make_bodies
@@ -56,7 +56,7 @@ def test_every_pixel_is_right(device, name):
     lines, verdicts = [], Verdicts()
     with Judge(device, SCENES[name](), warn=lines.append) as scene:
         scene.counter = BesideStencil(scene.counter)
-        for camera, light in some_pairs(CAMERAS.values(), LIGHTS.values(), 2, len(name)):
+        for camera, light in sample_pairs(CAMERAS.values(), LIGHTS.values(), 2, len(name)):
             for method in MASKS:
                 lines.clear()
                 found, _ = scene.judge(camera, light, method)

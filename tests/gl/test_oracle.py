@@ -18,7 +18,7 @@ from support.shapes import (
     stack_of_triangles,
     staircase,
 )
-from support.sweeps import some_pairs
+from support.sweeps import sample_pairs
 
 from umbra.cpu.frame import FrameCounter
 from umbra.gl.frame_counter import GlFrameCounter
@@ -50,7 +50,7 @@ LIGHTS = {
 def test_every_pixel_is_right(device, name):
     verdicts = Verdicts()
     with Judge(device, SCENES[name]()) as scene:
-        for camera, light in some_pairs(CAMERAS.values(), LIGHTS.values(), 2, len(name)):
+        for camera, light in sample_pairs(CAMERAS.values(), LIGHTS.values(), 2, len(name)):
             verdicts += scene.judge(camera, light, "auto", "z-fail", "lengyel")[0]
     verdicts.check(most_on_edges=0.002)
 
@@ -90,7 +90,7 @@ def test_casters_cut_by_the_near_plane(device, name):
     verdicts = Verdicts()
     with Judge(device, SCENES[name]()) as scene:
         nears = list(product((22.0, 30.0, 33.0, 36.0), (None, 25.0)))
-        for (near, height), light in some_pairs(nears, LIGHTS.values(), 2, len(name)):
+        for (near, height), light in sample_pairs(nears, LIGHTS.values(), 2, len(name)):
             camera = Camera((20, -25, 14), (0, 0, 3), size=SIZE, near=near, height=height)
             verdicts += scene.judge(camera, light, "auto", "z-fail", "lengyel")[0]
     verdicts.check(most_on_edges=0.005)

@@ -20,7 +20,7 @@ from support.shapes import (
     staircase,
     turned,
 )
-from support.sweeps import fewer, some, some_pairs
+from support.sweeps import reduce_count, sample_cases, sample_pairs
 
 from umbra.cpu.frame import FrameCounter
 from umbra.scene import Camera, directional_light, make_scene, point_light
@@ -52,7 +52,7 @@ LIGHTS = {
 @pytest.mark.parametrize("name", SCENES)
 def test_every_pixel_is_right(name, camera):
     mesh, verdicts = SCENES[name](), Verdicts()
-    for light in some(LIGHTS.values(), 2, len(name) + len(camera)):
+    for light in sample_cases(LIGHTS.values(), 2, len(name) + len(camera)):
         verdicts += judge_frame(mesh, CAMERAS[camera], light)[0]
     # A level sun sees the whole ground edge-on.
     verdicts.check(most_on_edges=0.01)
@@ -91,7 +91,7 @@ def test_lights_in_awkward_places():
 )
 def test_casters_cut_by_the_near_plane(name, near):
     mesh, verdicts = SCENES[name](), Verdicts()
-    for height, light in some_pairs((None, 25.0), LIGHTS.values(), 2, len(name) + int(near)):
+    for height, light in sample_pairs((None, 25.0), LIGHTS.values(), 2, len(name) + int(near)):
         camera = Camera((20, -25, 14), (0, 0, 3), size=SIZE, near=near, height=height)
         verdicts += judge_frame(mesh, camera, light)[0]
     verdicts.check(most_on_edges=0.01)
@@ -337,7 +337,7 @@ def cameras(draw):
 
 
 @settings(
-    max_examples=fewer(150, 2),
+    max_examples=reduce_count(150, 2),
     deadline=None,
     derandomize=True,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much],

@@ -18,7 +18,7 @@ from support.shapes import (
     staircase,
     turned,
 )
-from support.sweeps import fewer
+from support.sweeps import reduce_count
 from support.weights import check_weights
 
 from umbra.cpu.height_field import HeightFieldSweep
@@ -252,7 +252,7 @@ def meshes(draw):
     return merge(*boxes)
 
 
-@settings(max_examples=fewer(200, 2), deadline=None, derandomize=True)
+@settings(max_examples=reduce_count(200, 2), deadline=None, derandomize=True)
 @given(
     meshes(),
     st.sampled_from([(0.0, 0.0, 1.0, 1.0), (0.137, -0.291, 1.03, 0.97), (0.5, 0.25, 0.75, 1.5)]),

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.judge import PLAN, look_down
 from support.shapes import box, merge, moved, sheet, terrain
-from support.sweeps import fewer
+from support.sweeps import reduce_count
 
 from umbra.rays.depth import GROUND, NOTHING, add_ground, rasterise_depth
 from umbra.scene import Camera
@@ -45,7 +45,7 @@ def test_no_pixel_falls_through_where_columns_meet_vertices(x0):
     assert (own[inside] != NOTHING).all()
 
 
-@settings(max_examples=fewer(150, 2), deadline=None, derandomize=True)
+@settings(max_examples=reduce_count(150, 2), deadline=None, derandomize=True)
 @given(st.integers(0, 2**32), st.integers(0, 3))
 def test_faces_that_share_edges_cover_each_centre_once(seed, digits):
     # A flat fan of triangles around a point, its corners on few places: ties abound.

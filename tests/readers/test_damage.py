@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.small_files import BYTES, cityjson, geojson
-from support.sweeps import fewer
+from support.sweeps import reduce_count
 
 import umbra
 from umbra import InputError
@@ -53,7 +53,7 @@ def test_whole_files_are_read(folder, name):
 @pytest.mark.parametrize("name", BYTES)
 def test_files_cut_anywhere(folder, name):
     data = BYTES[name]
-    cuts = fewer(20 if name.endswith(".tif") else 150, 3)  # each tif is read in a child
+    cuts = reduce_count(20 if name.endswith(".tif") else 150, 3)  # each tif is read in a child
     for end in range(0, len(data), max(1, len(data) // cuts)):
         read_or_refuse(folder, name, data[:end])
 
@@ -61,7 +61,7 @@ def test_files_cut_anywhere(folder, name):
 @pytest.mark.parametrize("name", BYTES)
 def test_files_with_changed_bytes(folder, name):
     @given(data=st.data())
-    @settings(deadline=None, max_examples=fewer(30 if name.endswith(".tif") else 100, 3))
+    @settings(deadline=None, max_examples=reduce_count(30 if name.endswith(".tif") else 100, 3))
     def change(data):
         read_or_refuse(folder, name, change_bytes(BYTES[name], data))
 

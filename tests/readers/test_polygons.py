@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.sweeps import fewer
+from support.sweeps import reduce_count
 
 from umbra.readers import ear_clipping
 from umbra.readers.monotone import cut_by_sweep
@@ -242,7 +242,7 @@ def _depth(ring):
 
 @WAYS
 @given(star_polygons())
-@settings(deadline=None, max_examples=fewer(300, 2))
+@settings(deadline=None, max_examples=reduce_count(300, 2))
 def test_triangles_fill_the_polygon_and_keep_every_edge(most, drawn):
     rings, points = drawn
     result = cut(rings, points, most)
@@ -265,7 +265,7 @@ def test_triangles_fill_the_polygon_and_keep_every_edge(most, drawn):
         st.tuples(st.integers(0, 3), st.integers(0, 3), st.integers(0, 1)), min_size=3, max_size=9
     )
 )
-@settings(deadline=None, max_examples=fewer(300, 2))
+@settings(deadline=None, max_examples=reduce_count(300, 2))
 def test_any_ring_at_all_keeps_its_signed_boundary(most, corners):
     # Crossed, folded, warped, repeated: whatever the ring, its neighbours still fit.
     points = np.array(corners, float)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.sweeps import fewer
+from support.sweeps import reduce_count
 
 from umbra.errors import InputError
 from umbra.scene import Camera
@@ -50,7 +50,7 @@ def test_nearer_points_have_greater_keys():
 vectors = st.tuples(*[st.floats(-50, 50, width=32)] * 3)
 
 
-@settings(max_examples=fewer(60, 2), deadline=None, derandomize=True)
+@settings(max_examples=reduce_count(60, 2), deadline=None, derandomize=True)
 @given(vectors, vectors, st.none() | st.floats(1, 90), vectors)
 def test_all_rays_share_the_apex(eye, target, height, origin):
     if np.linalg.norm(np.cross(np.subtract(target, eye), (0, 0, 1))) < 1e-3:

@@ -109,6 +109,11 @@ def test_it_leaves_few_faces():
     seen, walls, raised = gather(casters, p, UP, True)
     assert (raised[:, :2].min(1) >= walls[:, :2].min(1)).all()
     assert (raised[:, 0] > walls[:, 0]).mean() > 0.2
+    # What faces were left out for stays covered.
+    floats = np.isfinite(walls[:, 2])
+    stays = ((raised[:, 2:4] <= walls[:, 2:4]) & (raised[:, 4:] >= walls[:, 4:])).all(1)
+    assert floats.sum() > 20
+    assert (stays | (raised[:, :2] >= walls[:, 4:]).all(1))[floats].all()
     by_walls, _, _ = gather(casters, p, UP, False)
     kept = len(keep_above(seen, raised).size)
     assert kept < 0.8 * len(seen.size) < 0.8 * len(by_walls.size)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from support.raycaster import RayCaster
 from support.shapes import box, city, merge, moved, sheet, torus_knot, turned
 from support.soft import at, differ, look, look_at_floor
-from support.sweeps import fewer
+from support.sweeps import reduce_count
 
 from umbra.errors import InputError
 from umbra.rays.depth import GROUND, NOTHING
@@ -157,7 +157,7 @@ def test_rays_say_the_same(shape):
     st.floats(0.05, 0.8),
     st.booleans(),
 )
-@settings(max_examples=fewer(20, 2), deadline=None)
+@settings(max_examples=reduce_count(20, 2), deadline=None)
 def test_any_triangles_under_any_light(seed, middle, radius, is_ball):
     rng = np.random.default_rng(seed)
     corners = rng.normal(size=(5, 3, 3)) * (1.2, 1.2, 0.7) + (0, 0, 1.9)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.sweeps import fewer
+from support.sweeps import reduce_count
 
 from umbra.soft.light_edges import make_coverage_planes
 from umbra.soft.parts import find_disc_part, find_square_part
@@ -50,7 +50,7 @@ coordinate = st.floats(-2, 2).map(lambda x: round(x, 3))
 
 
 @given(coordinate, coordinate, coordinate, coordinate)
-@settings(max_examples=fewer(200, 2), deadline=None)
+@settings(max_examples=reduce_count(200, 2), deadline=None)
 def test_parts_are_the_share_of_points_in_the_angle_and_beyond_the_edge(ax, ay, bx, by):
     grid = (np.arange(400) + 0.5) / 200 - 1
     x, y = np.meshgrid(grid, grid)

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.shapes import box, city, merge, moved, plate, sheet, turned
 from support.soft import at, differ, look, look_at_floor
-from support.sweeps import fewer
+from support.sweeps import reduce_count
 
 from umbra.scene import Camera, directional_light, point_light
 from umbra.soft import SUN_RADIUS, ball_light, find_method, rectangle_light
@@ -110,7 +110,7 @@ def test_a_tall_box_agrees_with_samples(name):
     st.floats(0.05, 0.8),
     st.booleans(),
 )
-@settings(max_examples=fewer(25, 2), deadline=None)
+@settings(max_examples=reduce_count(25, 2), deadline=None)
 def test_any_triangle_under_any_light(seed, middle, radius, is_ball):
     rng = np.random.default_rng(seed)
     triangle = rng.normal(size=(3, 3)) * (1.5, 1.5, 0.7) + (0, 0, 1.9)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.sweeps import fewer
+from support.sweeps import reduce_count
 
 from umbra.errors import InputError
 from umbra.sun import Site, find_sun, sun_light
@@ -286,7 +286,7 @@ def test_standard_is_the_default():
 # ---------------------------------------------------------------- laws
 
 
-@settings(deadline=None, max_examples=fewer(60, 2))
+@settings(deadline=None, max_examples=reduce_count(60, 2))
 @given(
     latitude=st.floats(-90, 90),
     longitude=st.floats(-180, 180),

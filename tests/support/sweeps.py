@@ -1,8 +1,9 @@
 """
 How much of a sweep a run makes.
 
-The whole suite has 20 minutes on two cores: of sweeps over many scenes, lights and seeds it makes
-a share, in which every value of each list is met. ``make test ARGS=--thorough`` makes all.
+The whole suite has 20 minutes on two cores, so sweeps over many scenes, lights and seeds make a
+share of their cases, spread over all. ``make test ARGS=--thorough`` makes every case: before a
+release, and when one of these tests fails.
 """
 
 _is_thorough = False
@@ -14,21 +15,21 @@ def make_all(is_thorough):
     _is_thorough = is_thorough
 
 
-def some(cases, one_in, first=0):
-    """Give every so many-th of a sweep's cases, from the first on."""
+def sample_cases(cases, one_in, first=0):
+    """Give one case in so many, from the first on."""
     return list(cases) if _is_thorough else list(cases)[first % one_in :: one_in]
 
 
-def fewer(count, by):
-    """Give a so many-th of a count of random cases."""
+def reduce_count(count, by):
+    """Divide a number of random cases, rounded up."""
     return count if _is_thorough else -(-count // by)
 
 
-def some_pairs(these, those, one_in, first=0):
-    """Give every so many-th pair, of each of these and of each of those."""
+def sample_pairs(rows, columns, one_in, first=0):
+    """Give one pair in so many, so that each row and each column is met."""
     return [
-        (one, other)
-        for i, one in enumerate(these)
-        for j, other in enumerate(those)
+        (row, column)
+        for i, row in enumerate(rows)
+        for j, column in enumerate(columns)
         if _is_thorough or (i + j + first) % one_in == 0
     ]

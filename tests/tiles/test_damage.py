@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support.cities import DAY, SITE, make_houses, write_city
 from support.shapes import box
-from support.sweeps import some
+from support.sweeps import sample_cases
 
 import umbra
 from umbra.tiles.store import CityStore
@@ -63,7 +63,7 @@ def test_each_damaged_file_is_made_again_or_named(runs, kind, tmp_path, damage):
     shutil.copytree(out, again)
     files = sorted(path for path in again.rglob("*") if path.is_file())
     files = files[[flip, cut, Path.unlink].index(damage) :: 3]  # neighbours are of one sort
-    files = some(files, 2)
+    files = sample_cases(files, 2)
     told, refused = set(), set()
     for path in files:
         good = path.read_bytes()

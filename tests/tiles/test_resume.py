@@ -10,7 +10,7 @@ import time
 import numpy as np
 import pytest
 from support.cities import DAY, make_houses, read_store, write_city
-from support.sweeps import fewer
+from support.sweeps import reduce_count
 
 import umbra
 from umbra.errors import UmbraError
@@ -46,7 +46,7 @@ def test_killed_runs_end_in_the_same_bytes(city, tmp_path, whole, receivers):
         umbra.city_study(city, out=tmp_path / "whole", tiles=TILES, **options)
         whole = read_store(tmp_path / "whole")
     given = json.dumps([[str(path) for path in city], str(tmp_path / "killed"), options])
-    enough = fewer(4, 2)
+    enough = reduce_count(4, 2)
     marks, kills = tmp_path / "killed" / "tiles", 0
     rng = np.random.default_rng(5)
     done = b""

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.sweeps import fewer
+from support.sweeps import reduce_count
 
 from umbra.errors import InputError
 from umbra.scene import Camera
@@ -274,7 +274,7 @@ def hides(bounds, points, light):
 
 
 @given(st.integers(0, 10**6))
-@settings(deadline=None, max_examples=fewer(200, 2))
+@settings(deadline=None, max_examples=reduce_count(200, 2))
 def test_what_is_culled_holds_no_visible_point(seed):
     random = np.random.default_rng(seed)
     camera, light = a_camera(random), a_light(random)
@@ -321,7 +321,7 @@ def test_what_is_culled_holds_no_visible_point(seed):
 
 
 @given(st.integers(0, 10**6))
-@settings(deadline=None, max_examples=fewer(200, 2))
+@settings(deadline=None, max_examples=reduce_count(200, 2))
 def test_scissors_and_depth_bounds_hold_all_that_is_seen(seed):
     random = np.random.default_rng(seed)
     camera = a_camera(random)
@@ -359,7 +359,7 @@ def test_scissors_and_depth_bounds_hold_all_that_is_seen(seed):
 
 
 @given(st.integers(0, 10**6))
-@settings(deadline=None, max_examples=fewer(40, 2))
+@settings(deadline=None, max_examples=reduce_count(40, 2))
 def test_scissors_are_tight(seed):
     # What a fine grid on the surface, cut at the near plane, spans is theirs but for 2 pixels.
     random = np.random.default_rng(seed)

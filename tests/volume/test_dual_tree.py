@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from support.bench import borrow
 from support.model_files import DATA, FILES
 from support.shapes import SCENES, box, city, jumble, merge, moved, sheet, soup, terrain, torus_knot
-from support.sweeps import fewer
+from support.sweeps import reduce_count
 
 import umbra
 from umbra.cpu.plane import clip_above
@@ -71,7 +71,7 @@ def make_lights(caster, n, seed=0):
 @pytest.mark.parametrize("name", SCENES)
 def test_every_scene_is_as_by_brute_force(name, method):
     caster = make_caster(*SCENES[name]())
-    lights = make_lights(caster, fewer(200, 3))
+    lights = make_lights(caster, reduce_count(200, 3))
     check(caster, lights, method)
     rng = np.random.default_rng(1)
     check(caster.opened(rng.random(len(caster.is_closed)) < 0.5), lights, method)
@@ -82,21 +82,21 @@ def test_every_scene_is_as_by_brute_force(name, method):
 def test_a_smooth_mesh_is_as_by_brute_force_for_thousands_of_lights(method):
     model = borrow("scenes").make_boulder(4)
     caster = make_caster(model.vertices, model.faces)
-    check(caster, make_lights(caster, fewer(2000, 3)), method)
+    check(caster, make_lights(caster, reduce_count(2000, 3)), method)
 
 
 @pytest.mark.parametrize("method", TREES)
 @pytest.mark.parametrize("mesh", [terrain(n=60), city(8), torus_knot()])
 def test_larger_meshes_are_as_by_brute_force(mesh, method):
     caster = make_caster(*mesh)
-    check(caster, make_lights(caster, fewer(300, 3)), method)
+    check(caster, make_lights(caster, reduce_count(300, 3)), method)
 
 
 @pytest.mark.parametrize("method", TREES)
 @pytest.mark.parametrize("away", [1e3, 4e5, 1e7, 1e11, 1e13])
 def test_far_from_the_origin_rounding_matters_and_is_the_same(away, method):
     caster = make_caster(*moved(city(5), (away, -2 * away, away / 3)))
-    check(caster, make_lights(caster, fewer(300, 3)), method)
+    check(caster, make_lights(caster, reduce_count(300, 3)), method)
 
 
 @pytest.mark.parametrize("method", TREES)
@@ -105,7 +105,7 @@ def test_lights_in_the_planes_of_rounded_faces(method):
     caster = make_caster(*moved(city(3), (4e5, 5e6, 100)))
     rng = np.random.default_rng(0)
     lights = []
-    for face in rng.integers(0, len(caster.faces), fewer(300, 3)):
+    for face in rng.integers(0, len(caster.faces), reduce_count(300, 3)):
         a, b, c = caster.vertices[caster.faces[face]]
         u, v = rng.uniform(-3, 3, 2)
         lights.append(np.append(a + u * (b - a) + v * (c - a), 1))
@@ -150,7 +150,7 @@ def test_needles_and_faces_without_area(method):
     faces = np.array([rng.choice(40, 3, replace=False) for _ in range(300)], np.int32)
     faces[:10] = np.stack([np.arange(10), np.arange(10, 20), np.arange(30, 40)], 1)
     caster = make_caster(vertices, faces)
-    check(caster, make_lights(caster, fewer(200, 3)), method)
+    check(caster, make_lights(caster, reduce_count(200, 3)), method)
 
 
 @pytest.mark.parametrize("method", TREES)
@@ -185,7 +185,7 @@ lights = st.tuples(*[st.floats(-12, 12, width=32)] * 3, st.sampled_from([0.0, 1.
 
 
 @pytest.mark.parametrize("method", TREES)
-@settings(max_examples=fewer(150, 2), deadline=None, derandomize=True)
+@settings(max_examples=reduce_count(150, 2), deadline=None, derandomize=True)
 @given(st.integers(0, 2**32), st.integers(1, 120), st.integers(3, 14), st.booleans(), lights)
 def test_any_soup_is_as_by_brute_force(method, seed, n, places, whole, light):
     mesh = jumble(np.random.default_rng(seed), n, places)
@@ -215,7 +215,7 @@ def test_hextrees_of_any_depth(depth, make_cells):
     for mesh in SCENES["jumble"](), terrain(n=20), (model.vertices, model.faces):
         caster = make_caster(*mesh)
         tree = make_cells(caster, depth)
-        for light in make_lights(caster, fewer(50, 3)):
+        for light in make_lights(caster, reduce_count(50, 3)):
             (expected,) = find_codes(caster, [light], "brute")
             np.testing.assert_array_equal(tree.find(caster, light), expected)
         held = np.sort(tree.segments.numbers[tree.segments.numbers >= 0])

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 from support.raycaster import RayCaster
 from support.shapes import BOX_FACES, box, jumble, merge, rewound, sheet, soup
-from support.sweeps import fewer
+from support.sweeps import reduce_count
 
 from umbra.cpu.polygons import make_dark_cap, make_light_cap
 from umbra.scene import Camera
@@ -204,7 +204,7 @@ def test_a_fan_closes_only_around_a_light_outside_the_bounds():
 
 
 @given(st.integers(0, 10**6))
-@settings(deadline=None, max_examples=fewer(60, 2))
+@settings(deadline=None, max_examples=reduce_count(60, 2))
 def test_the_cap_is_a_fan_where_that_is_said(seed):
     random = np.random.default_rng(seed)
     caster = make_caster(*box((0, 0, 0), (1, 2, 3)))
@@ -276,7 +276,7 @@ def rectangle_points(camera, n=16):
 
 
 @given(st.integers(0, 10**6))
-@settings(deadline=None, max_examples=fewer(150, 2))
+@settings(deadline=None, max_examples=reduce_count(150, 2))
 def test_pyramids_hold_every_way_from_the_rectangle_to_the_light(seed):
     random = np.random.default_rng(seed)
     camera, light = a_view(random)
@@ -318,7 +318,7 @@ def any_triangle_meets(corners, camera, light, slack):
 
 @pytest.mark.parametrize("kind", ["soup", "jumble", "boxes"])
 @given(seed=st.integers(0, 10**6))
-@settings(deadline=None, max_examples=fewer(60, 2))
+@settings(deadline=None, max_examples=reduce_count(60, 2))
 def test_case_1_is_given_just_where_the_viewport_is_lit(kind, seed):
     random = np.random.default_rng(seed)
     camera, light = a_view(random)
@@ -343,7 +343,7 @@ def test_case_1_is_given_just_where_the_viewport_is_lit(kind, seed):
 
 @pytest.mark.parametrize("kind", ["soup", "boxes"])
 @given(seed=st.integers(0, 10**6))
-@settings(deadline=None, max_examples=fewer(80, 2))
+@settings(deadline=None, max_examples=reduce_count(80, 2))
 def test_caps_out_of_view_are_out_of_view(kind, seed):
     random = np.random.default_rng(seed)
     camera, light = a_view(random)
@@ -373,7 +373,7 @@ def test_caps_out_of_view_are_out_of_view(kind, seed):
 
 
 @given(st.integers(0, 10**6))
-@settings(deadline=None, max_examples=fewer(60, 2))
+@settings(deadline=None, max_examples=reduce_count(60, 2))
 def test_bounds_never_promise_more_than_triangles_keep(seed):
     random = np.random.default_rng(seed)
     camera, light = a_view(random)

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.raycaster import RayCaster
 from support.shapes import SCENES, box, jumble, sheet
-from support.sweeps import fewer
+from support.sweeps import reduce_count
 
 from umbra.cpu.polygons import count_polygons, make_dark_cap, make_light_cap, make_sides
 from umbra.scene import Camera
@@ -87,7 +87,7 @@ def test_every_scene_s_volumes_are_closed(name):
             check_balance(mesh, eye, light)
 
 
-@settings(max_examples=fewer(100, 2), deadline=None, derandomize=True)
+@settings(max_examples=reduce_count(100, 2), deadline=None, derandomize=True)
 @given(
     st.integers(0, 2**32),
     st.integers(1, 25),

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.model_files import DATA, FILES
 from support.shapes import SCENES, TOP, box, duplicated, jumble, rewound, sheet, soup, terrain
-from support.sweeps import fewer
+from support.sweeps import reduce_count
 
 import umbra
 from umbra.volume import facing
@@ -141,7 +141,7 @@ lights = st.tuples(*[st.floats(-12, 12, width=32)] * 3, st.sampled_from([0.0, 1.
 )
 
 
-@settings(max_examples=fewer(150, 2), deadline=None, derandomize=True)
+@settings(max_examples=reduce_count(150, 2), deadline=None, derandomize=True)
 @given(st.integers(0, 2**32), st.integers(1, 50), st.integers(3, 12), st.booleans(), lights)
 def test_any_soup_agrees_with_adding_up_face_by_face(seed, n, places, whole, light):
     mesh = jumble(np.random.default_rng(seed), n, places)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.shapes import box, merge, moved, rewound, sheet, soup
-from support.sweeps import fewer
+from support.sweeps import reduce_count
 
 from umbra.volume.adjacency import make_caster
 from umbra.volume.solids import make_shadow_solid
@@ -67,7 +67,7 @@ def test_below_the_ground_nothing_casts():
 
 
 @given(st.integers(0, 10**6), st.floats(-4, 4))
-@settings(deadline=None, max_examples=fewer(60, 2))
+@settings(deadline=None, max_examples=reduce_count(60, 2))
 def test_any_soup_is_closed(seed, ground):
     rng = np.random.default_rng(seed)
     vertices, faces = soup(rng, 30, low=-4.0)

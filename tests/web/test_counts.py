@@ -6,7 +6,7 @@ from support.judge import Verdicts
 from support.model_files import DATA
 from support.random_views import random_camera, random_mesh
 from support.shapes import SCENES
-from support.sweeps import fewer
+from support.sweeps import reduce_count
 from support.web_judge import WebJudge
 
 import umbra
@@ -68,7 +68,7 @@ def test_100_random_views(picture):
     # Eyes in volumes and in casters, near planes that cut both.
     rng = np.random.default_rng(5)
     verdicts, lost, cracks = Verdicts(), Verdicts(), 0
-    for _ in range(fewer(50, 2)):
+    for _ in range(reduce_count(50, 2)):
         judge = WebJudge(picture, make_scene(*random_mesh(rng)), SIZE, rng.choice([0.0, -3.0]))
         for _ in range(2):
             place = rng.uniform(-15, 15, 3) * [1, 1, 0.7] + [0, 0, 4]

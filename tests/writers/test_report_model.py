@@ -17,7 +17,7 @@ from support.pages import (
     words,
 )
 from support.shapes import box, moved, turned
-from support.sweeps import fewer
+from support.sweeps import reduce_count
 
 from umbra.receivers.samples import sample_surfaces
 from umbra.scene import Mesh, Part, make_scene
@@ -90,7 +90,7 @@ def test_what_a_reader_hovers_is_what_the_study_found(page, study, tmp_path):
     path, _ = save(tmp_path / "report.html", study)
     page.open(path, READY)
     seen = set()
-    for _, _, k, said in read_at(page, study, walk(page, fewer(450, 2))):
+    for _, _, k, said in read_at(page, study, walk(page, reduce_count(450, 2))):
         assert words(page, *FIGURES) == expect(study, k)
         surface = study.samples.surface[k]
         assert said.startswith(list(HOUSES)[study.samples.part[surface]] + ": Wall, ")
@@ -102,7 +102,9 @@ def test_what_a_reader_hovers_is_what_the_study_found(page, study, tmp_path):
 def test_from_above_each_pixel_shows_its_own_place_on_top(page, study, tmp_path):
     page.open(save(tmp_path / "report.html", study)[0], READY)
     press_button(page, "above")
-    found = [(x, y, k) for x, y, k, _ in read_at(page, study, walk(page, fewer(450, 2), seed=3))]
+    found = [
+        (x, y, k) for x, y, k, _ in read_at(page, study, walk(page, reduce_count(450, 2), seed=3))
+    ]
     assert len(found) > 7
     at = np.array([(x, y) for x, y, _ in found])
     which = np.array([k for *_, k in found])
@@ -123,7 +125,7 @@ def test_seen_from_the_sun_nothing_is_in_shadow(page, study, tmp_path):
     for step in (6, 13, 20):
         page.ask(f"(s => {{ s.value = {step}; s.dispatchEvent(new Event('input')); }})(time)")
         press_button(page, "sun")
-        for *_, k, _ in read_at(page, study, walk(page, fewer(120, 2), seed=step)):
+        for *_, k, _ in read_at(page, study, walk(page, reduce_count(120, 2), seed=step)):
             # A sample on a square's far side may be hidden by a hair: allow for its square.
             square = np.abs(study.places.points - study.places.points[k]).max(1) < 1.5
             assert (np.asarray(study.masks[step])[square] == 0).any()
@@ -139,7 +141,7 @@ def test_colours_are_those_of_the_samples(page, study, tmp_path, mode):
     page.ask(f"(s => {{ s.value = {step}; s.dispatchEvent(new Event('input')); }})(time)")
     ramp = page.ask("JSON.parse(document.getElementById('data').textContent).ramp")
     page.mouse("mouseMoved", 5, 5)
-    spots = walk(page, fewer(450, 2), seed=7)
+    spots = walk(page, reduce_count(450, 2), seed=7)
     inks = [np.reshape(page.ask(AROUND.format(x, y)), (9, 4)) for x, y in spots]
     tested = set()
     for (x, y), around in zip(spots, inks):
@@ -287,7 +289,7 @@ def test_what_was_assumed_is_said(study, tmp_path):
 def test_hours_are_the_study_s_own_when_instants_are_solved(page, tmp_path):
     study = make_study(exact=True, masks=False, every="1h", spacing=3.0)
     page.open(save(tmp_path / "report.html", study)[0], READY)
-    for _, _, k, _ in read_at(page, study, walk(page, fewer(120, 2))):
+    for _, _, k, _ in read_at(page, study, walk(page, reduce_count(120, 2))):
         assert words(page, "in-shadow") == [say(float(study.shadow_hours[k]))]
     assert "solved to 1 s" in page.ask("document.body.textContent")
 
@@ -312,7 +314,7 @@ def test_instants_are_thinned_until_they_fit_and_it_is_said(page, tmp_path, monk
     # Of several dates it begins with what its first sentence is of: without days, their sum.
     assert page.ask("document.querySelector('input[name=mode]:checked').value") == "hours"
     assert words(page, "sum") == [", sum of 12 dates"]
-    for _, _, k, _ in read_at(page, study, walk(page, fewer(120, 2))):
+    for _, _, k, _ in read_at(page, study, walk(page, reduce_count(120, 2))):
         assert words(page, "in-shadow") == [say(float(study.shadow_hours[k]))]
 
 

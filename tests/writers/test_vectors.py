@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.shapes import box, moved
-from support.sweeps import fewer
+from support.sweeps import reduce_count
 
 import umbra
 from umbra.cpu.plane import PlaneSweep
@@ -120,7 +120,7 @@ def test_an_outline_holds_just_the_cells_in_shadow(name):
     assert compared == masks.size
 
 
-@settings(deadline=None, max_examples=fewer(60, 2))
+@settings(deadline=None, max_examples=reduce_count(60, 2))
 @given(st.integers(0, 10**6))
 def test_an_outline_of_any_soup(seed):
     rng = np.random.default_rng(seed)

@@ -331,7 +331,9 @@ def _fill(
                 b6 * ends[e, 0] + b7 * ends[e, 1] + b8 * ends[e, 2],
                 b6 * ends[e, 3] + b7 * ends[e, 4] + b8 * ends[e, 5],
             )
-            near += 1e-3 + 1e-6 * abs(near) - gz
+            # Rounding of the height itself, and float32's of what is kept.
+            margin = 1e-3 + 1e-6 * (abs(near) + abs(near - gz))
+            near += margin - gz
             if y0 > y1:
                 x0, y0, x1, y1 = x1, y1, x0, y0
             slope = (x1 - x0) / (y1 - y0) if y1 > y0 else 0.0

@@ -73,9 +73,10 @@ def make_patch_work(patches, bins, p0, p1):
         ),
         np.zeros((bins.most + cuts, 6)),
         NearEdges(
-            np.zeros((6, bins.most)),
-            np.zeros((bins.most, 3), np.int64),
-            np.zeros(bins.most + 1, np.int32),
+            # Not cleared: the few edges near a patch are written, the rest of many is never met.
+            np.empty((6, bins.most)),
+            np.empty((bins.most, 3), np.int64),
+            np.empty(bins.most + 1, np.int32),
             np.zeros(bins.most, np.int32),
         ),
         np.zeros(most, np.bool_),

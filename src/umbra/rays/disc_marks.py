@@ -304,7 +304,7 @@ def _enter(rims, e, reach, corner, scale, shape, lowest, heads, entries, count):
     (xa, ya), (xb, yb), top = (rims[e, 0], rims[e, 1]), (rims[e, 3], rims[e, 4]), rims[e, 5]
     if top < bottom - near:
         return count
-    farthest = slope * max(top - bottom, 0.0) + near
+    farthest = slope * (top - bottom + near) + near
     first = max(math.floor((min(ya, yb) - farthest - corner[1]) * scale), 0)
     end = min(math.floor((max(ya, yb) + farthest - corner[1]) * scale), shape[1] - 1) + 1
     if count + max(end - first, 0) * shape[0] > entries.shape[0]:
