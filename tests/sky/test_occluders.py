@@ -80,6 +80,48 @@ def test_it_changes_no_measure(seed):
     assert plain[:, 0].max() > 0.2
 
 
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_verge_through_the_level_close_before_its_wall(side):
+    # What rounding leaves of the verge's arc differs from place to place: many walls.
+    rng = np.random.default_rng(0)
+    n_half = 0
+    for _ in range(8):
+        turn, low, high = rng.uniform((0, -40, 5), (2 * np.pi, -12, 40))
+        along = np.array([np.cos(turn), np.sin(turn), 0.0])
+        toward = side * np.array([-along[1], along[0], 0.0])
+        at, (left, right) = rng.uniform(-5, 5, 3), rng.uniform(2, 10, 2)
+        wall = sheet([at - left * along - 60 * UP, at + right * along - 60 * UP,
+                      at + right * along + high * UP, at - left * along + low * UP])  # fmt: skip
+        casters = make_sky_casters(*wall)
+        points = at + toward * np.array([3e-9, 1e-8, 5e-8, 1e-7, 3e-7, 3e-6, 1e-4])[:, None]
+        for normal in (UP, toward, (2 * UP - toward) / 5**0.5, (UP + along) / 2**0.5):
+            found = measure_sky(casters, points, np.tile(normal, (len(points), 1)), 1)
+            plain = np.array([measure_plainly(casters, p, normal) for p in points])
+            assert found.sky_view_factor == pytest.approx(plain[:, 0], abs=1e-12)
+            assert found.sky_component == pytest.approx(100 * plain[:, 1], abs=1e-10)
+            n_half += (abs(plain[:, 0] - 0.5) < 0.25).sum()
+    assert n_half > 100
+
+
+def test_a_wall_of_several_strips_far_from_the_origin():
+    # A strip's ends lie off its edge by rounding, which raises what it covers beside a near place.
+    rng, distances = np.random.default_rng(0), 10 ** np.linspace(-5.5, -3, 30)
+    for _ in range(8):
+        turn, low, high = rng.uniform((0, -10, 5), (2 * np.pi, 40, 40))
+        along = np.array([np.cos(turn), np.sin(turn), 0.0])
+        at = rng.uniform(4000, 5000, 3)
+        top = [at - 20 * along + low * UP, at + 20 * along + high * UP]
+        bottom = [at + step * along - 60 * UP for step in (-20, *rng.uniform(-20, 20, 4), 20)]
+        fan = [[0, k, k + 1] for k in range(2, 7)] + [[0, 7, 1]]
+        casters = make_sky_casters(np.array([*top, *bottom]), np.array(fan, np.int32))
+        assert len(casters.strips) >= 5
+        points = at + distances[:, None] * np.cross(along, UP)
+        found = measure_sky(casters, points, np.tile(UP, (len(points), 1)), 1).sky_view_factor
+        plain = [measure_plainly(casters, p, UP)[0] for p in points]
+        assert found == pytest.approx(plain, abs=1e-8)
+        assert found == pytest.approx(0.5, abs=2e-3)
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_what_is_known_to_be_covered_is(seed):
     casters, rng = make_sky_casters(*gabled(seed, 150)), np.random.default_rng(seed)

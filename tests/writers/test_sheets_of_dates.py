@@ -12,6 +12,9 @@ from umbra.receivers.seen import ViewModel
 from umbra.study import StudyOptions, make_preview, run, split_dates
 from umbra.sun import Site
 from umbra.writers.folder import FolderJob, Outputs
+from umbra.writers.folder.captions import name_sun
+from umbra.writers.folder.elevation_sheet import draw_sheet
+from umbra.writers.folder.measured import draw_measures
 from umbra.writers.folder.pictures import (
     PictureSheets,
     draw_pictures,
@@ -124,3 +127,34 @@ def test_small_maps_show_all_shadows_of_half_an_hour_and_little_more(extent):
     held = counted[np.ix_(np.isin(plan.y, alone.y), np.isin(plan.x, alone.x))]
     assert held.sum() == counted.sum()
     assert (own >= 0.5).sum() == (hours[0] >= 0.5).sum()
+
+
+@pytest.mark.parametrize("by_day", [True, False])
+def test_a_sheet_is_titled_by_the_dates_of_its_hours(by_day):
+    titles = []
+    painter = SimpleNamespace(
+        draw_elevations=lambda _path, _on, maps, *_, **__: titles.append(maps[0][1].title)
+    )
+    options = StudyOptions(date=DAYS[:2], every="2h", cell=2.0, by_day=by_day, ground=0.0)
+    study = run(parts(tower=box((0, 0, 0), (4, 4, 9))), SITE, options)
+    job = FolderJob(study, Path(), Outputs(), options, painter, lambda _: None)
+    draw_sheet(job, PictureSheets.of(job).plan)
+    ranges = [range(1), range(1, 2)] if by_day else [range(2)]
+    pairs = zip(titles, ranges, strict=True)
+    assert all(title.endswith(name_sun(study.period, which)) for title, which in pairs)
+
+
+def test_a_map_of_points_is_titled_by_its_measure():
+    titles = []
+    painter = SimpleNamespace(
+        draw_measured_points=lambda _path, plan, *_: titles.append(plan.title)
+    )
+    options = StudyOptions(
+        receivers="points", points=[(0.0, -3, 1), (8, 2, 1)], measure="sky_view_factor", ground=0.0
+    )
+    study = run(parts(tower=box((0, 0, 0), (4, 4, 9))), SITE, options)
+    job = FolderJob(study, Path(), Outputs(), options, painter, lambda _: None)
+    (name,) = draw_measures(job)
+    (quantity,) = options.quantities
+    assert name == f"{quantity.name}.png"
+    assert [title.endswith(quantity.long_name) for title in titles] == [True]

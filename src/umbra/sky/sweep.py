@@ -20,7 +20,10 @@ from umbra.sky.meridians import ZENITH, cut_edge, cut_face, cut_plane, find_slop
 from umbra.sky.skyline import find_cover_along, find_turn
 from umbra.sky.tensors import add_arc
 
-__all__ = ["Pieces", "find_pieces", "integrate", "place_bound"]
+__all__ = ["COVER", "Pieces", "find_pieces", "integrate", "is_on_cover", "place_bound"]
+
+COVER = -4
+"""The bound of what is known to be covered, on which no face went on: see ``is_on_cover``."""
 
 _GAP = 1e-12
 """Free gaps between faces up to this angle are rounding [radians]."""
@@ -39,7 +42,8 @@ class Pieces(NamedTuple):
         Horizontal and vertical part of the unit vectors of the edge below, and above, at the first
         and at the second meridian.
     under, over : (n,) int32
-        What bounds it: ``face << 3 | edge`` of the seen faces, ``HORIZON``, ``PLANE``, ``ZENITH``.
+        What bounds it: ``face << 3 | edge`` of the seen faces, ``HORIZON``, ``PLANE``, ``ZENITH``,
+        ``COVER``.
     events : (n_events, 2) float64
         Unit vectors of the azimuths, counter-clockwise from -x round to -x.
     """
@@ -55,7 +59,7 @@ class Pieces(NamedTuple):
 @borrowing
 def place_bound(seen, code, normal, dx, dy):
     """Return the unit vector (along, up) of a bound on a meridian."""
-    if code == HORIZON:
+    if code in (HORIZON, COVER):
         return 1.0, 0.0
     if code == ZENITH:
         return 0.0, 1.0
@@ -100,8 +104,8 @@ def find_pieces(seen, normal, events, spans, owner, cover):
             n_active += 1
             waiting += 1
         top, low[wide], high[wide] = find_cover_along(cover, dx, dy)
-        top, code = max(top, 0.0), HORIZON
-        low_code[wide] = high_code[wide] = HORIZON
+        low_code[wide] = high_code[wide] = COVER
+        top, code = max(top, 0.0), COVER if top > 0.0 else HORIZON
         # Of each face its interval of this meridian. Those that go on from what is covered raise it
         # at once, those that meet the first other interval widen it, and the rest is sorted by
         # where it starts. Faces that did so in the last slice come first, as what they cover needs
@@ -172,6 +176,20 @@ def find_pieces(seen, normal, events, spans, owner, cover):
             if high[i] > top:
                 top, code = high[i], high_code[i]
     return Pieces(which[:count], below[:count], above[:count], under[:count], over[:count], events)
+
+
+@kernel
+def is_on_cover(pieces):
+    """
+    Return whether what is known to be covered bounds a piece, so that the pieces are wrong.
+
+    What is covered ends within the face that covers it, which bounds what is free. Where rounding
+    moved it beyond the face, nothing does.
+    """
+    for i in range(pieces.slice.size):
+        if pieces.under[i] == COVER or pieces.over[i] == COVER:
+            return True
+    return False
 
 
 @borrowing

@@ -13,7 +13,7 @@ from umbra.sky.events import find_events, find_spans
 from umbra.sky.gather import gather_faces, keep_above
 from umbra.sky.nearest import add_shares
 from umbra.sky.skyline import make_cover, make_covers
-from umbra.sky.sweep import find_pieces, integrate
+from umbra.sky.sweep import find_pieces, integrate, is_on_cover
 from umbra.sky.tensors import find_open, sum_tensors
 from umbra.sky.wall_cover import cover_by_walls, find_wall_covers
 
@@ -107,9 +107,18 @@ def find_seen(casters, p, normal):
 @kernel
 def trace_free_sky(casters, p, normal):
     """Find the pieces of the free upper sky before a plane through a point, and its faces."""
-    covers, reaches = make_covers(1), np.zeros(1)
+    covers = make_covers(1)
     cover_by_walls(casters, p, normal, np.inf, covers)
-    seen = gather_faces(casters, p, normal, covers, reaches, True)
+    seen, pieces = _trace_beyond(casters, p, normal, covers, True)
+    if is_on_cover(pieces):
+        seen, pieces = _trace_beyond(casters, p, normal, make_covers(1), False)
+    return seen, pieces
+
+
+@kernel
+def _trace_beyond(casters, p, normal, covers, raises):
+    """Find the pieces that a cover (1, BINS, 6) leaves; see ``gather_faces`` for ``raises``."""
+    seen = gather_faces(casters, p, normal, covers, np.zeros(1), raises)
     seen = keep_above(seen, covers[0])
     events = find_events(seen, normal, np.zeros(casters.n_edges, np.bool_), covers[0])
     spans, owner = find_spans(seen)

@@ -107,7 +107,7 @@ def _add_strip(strip, p, cover, parts):
     if first > last:
         return
     size_a, size_b = math.sqrt(ax * ax + ay * ay), math.sqrt(bx * bx + by * by)
-    if turn <= _NARROW * (size_a + az) * (size_b + bz):
+    if turn <= _NARROW * (size_a + abs(az)) * (size_b + abs(bz)):
         return
     # The wall's distance along a direction d is turn / (d x (b - a)), its top there a sinusoid.
     top_x, top_y = (az * by - ay * bz) / turn, (ax * bz - az * bx) / turn

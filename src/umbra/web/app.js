@@ -359,7 +359,7 @@ export class App {
     this.listening.abort();
     this.watch.disconnect();
     this.orbit.dispose();
-    this.sunHours.stop();
+    this.sunHours.dispose();
     this.stage.dispose();
     this.sky.dispose();
     fill(this.root);

@@ -126,6 +126,15 @@ export class SunHours {
     return lit < 0 ? null : (lit / most) * this.most;
   }
 
+  /** End the count, and free its masks on the card. */
+  dispose() {
+    this.stop();
+    if (!this.masks) return;
+    this.masks.coarse.delete();
+    this.masks.fine.delete();
+    this.masks = null;
+  }
+
   /**
    * Steps, interval and masks of a state; whether there are hours to show.
    * @param {State} state

@@ -79,7 +79,7 @@ export class SunMasks {
     const width = Math.max(1, Math.round(wide * ratio)),
       height = Math.max(1, Math.round(high * ratio));
     if (width !== this.sheet.width || height !== this.sheet.height) {
-      this.delete();
+      this.#deleteTargets();
       this.sheet = { width, height, clientWidth: wide, clientHeight: high };
       this.depth = gl.createRenderbuffer();
       gl.bindRenderbuffer(gl.RENDERBUFFER, this.depth);
@@ -240,7 +240,13 @@ export class SunMasks {
     return Int16Array.from({ length: wide * high }, (_, k) => (bytes[4 * k + 1] ? bytes[4 * k] : -1));
   }
 
+  /** Free everything on the card. */
   delete() {
+    this.faces.delete();
+    this.#deleteTargets();
+  }
+
+  #deleteTargets() {
     const { gl } = this.device;
     for (const { texture, frame } of [...this.masks, ...this.facing, this.sums]) {
       gl.deleteTexture(texture);

@@ -1,5 +1,6 @@
 """The sheet: a plan and four elevations in standard scales."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -65,39 +66,28 @@ def draw_sheet(job: FolderJob, plan: Plan) -> list[str]:
     zero = f"heights of elevations above z = {study.ground:.6g} m"  # once: captions are narrow
     plan = add_context(replace(job, study=seen), _redraw(plan, seen))
     plans, scale = split_dates(seen), Scale.of(job)
-    sides = []
-    for side, box in zip(_SIDES, boxes, strict=True):
-        seen = run(scene, study.site, options.ask_hours(side, extent=box, cell=cell, **drawn))
-        heights = np.nan_to_num(seen.heights + 1).astype(np.float32)
-        tile = seen.model.make_tile(seen.grid)
-        crowns, earth = tile.find_canopies(), tile.is_earth
-        elevation = Plan(
-            *place_elevation(seen, seen.x, seen.y), heights, None, axes=("", "[m]"),
-            appearance=find_grid_appearance(seen, heights.shape),
-            canopies=crowns if crowns.any() else None, canopy_name=plan.canopy_name,
-            roofs_cover=False, nothing=earth if earth.any() else None,
-            nothing_name=seen.kind.nothing,
-        )  # fmt: skip
-        sides.append((f"{side.capitalize()} elevation", elevation, split_dates(seen)))
+    sides = _count_sides(job, boxes, cell, drawn, plan.canopy_name)
     model = scene.model_bounds()[:, :2].mean(0) - need.mean(0)
     logo = None if job.outputs.logo is None else read_logo(job.outputs.logo)
     names = []
     for k in choose_panels(study) if len(plans) > 1 else (0,):
-        own = replace(plan, title=name_picture(job, range(k, k + 1), job.show))
-        name = "sheet.png"
+        which = range(k, k + 1) if len(plans) > 1 else range(len(study.period.days))
+        own = replace(plan, title=name_picture(job, which, job.show))
+        file = "sheet.png"
         if len(plans) > 1:
             date = tell_dates(plans[k])
             clock = f"{options.start} to {options.end}"
             own = replace(own, date=f"{clock} · {tell_daylight(plans[k])}")
-            name = f"sheet_{date}.png"
-        each = [("Plan", own, plans[k]), *((name, view, seen[k]) for name, view, seen in sides)]
-        finer = [count_finer(one, len(sides) if k else 1) for k, (_, _, one) in enumerate(each)]
+            file = f"sheet_{date}.png"
+        views = [("Plan", own, plans[k]), *((side, view, seen[k]) for side, view, seen in sides)]
+        # The plan leads the sheet and may take all the free work; the elevations share it.
+        finer = [count_finer(plans[k]), *(count_finer(seen, len(sides)) for *_, seen in views[1:])]
         made = [describe_foot(plans[k], options, finer[0])]
         if {fine and fine.seconds for fine in finer[1:]} != {finer[0] and finer[0].seconds}:
             steps = sorted({tell_every(options, fine) for fine in finer[1:]})
             made.append(f"elevations: sun every {' or '.join(steps)}")
         own = replace(own, note=f"{' · '.join(made)}; {zero}")
-        each[0] = ("Plan", own, plans[k])
+        views[0] = ("Plan", own, plans[k])
         maps = [
             (
                 caption,
@@ -107,18 +97,43 @@ def draw_sheet(job: FolderJob, plan: Plan) -> list[str]:
                     dark_from=scale.find_dark(fine or one),
                 ),
             )
-            for (caption, view, one), fine in zip(each, finer, strict=True)
+            for (caption, view, one), fine in zip(views, finer, strict=True)
         ]
         job.painter.draw_elevations(
-            job.folder / name, arrangement, maps, scale.most if plans[k].up_hours > 0 else 0.0,
+            job.folder / file, arrangement, maps, scale.most if plans[k].up_hours > 0 else 0.0,
             show=scale.show, what=scale.what,
             content=SheetContent(
                 (float(model[0]), float(model[1])), *_find_moments(plans[k], plan, need),
                 _find_sun_path(plans[k]), logo,
             ),
         )  # fmt: skip
-        names.append(name)
+        names.append(file)
     return names
+
+
+def _count_sides(
+    job: FolderJob,
+    boxes: Sequence[tuple[float, float, float, float]],
+    cell: float,
+    drawn: dict[str, Any],
+    canopy_name: str,
+) -> list[tuple[str, Plan, list[Study]]]:
+    """Count the elevations of a sheet; return their captions, cells, and hours of each date."""
+    scene, site, sides = job.scene, job.study.site, []
+    for side, box in zip(_SIDES, boxes, strict=True):
+        seen: Any = run(scene, site, job.options.ask_hours(side, extent=box, cell=cell, **drawn))
+        heights = np.nan_to_num(seen.heights + 1).astype(np.float32)
+        tile = seen.model.make_tile(seen.grid)
+        crowns, earth = tile.find_canopies(), tile.is_earth
+        elevation = Plan(
+            *place_elevation(seen, seen.x, seen.y), heights, None, axes=("", "[m]"),
+            appearance=find_grid_appearance(seen, heights.shape),
+            canopies=crowns if crowns.any() else None, canopy_name=canopy_name,
+            roofs_cover=False, nothing=earth if earth.any() else None,
+            nothing_name=seen.kind.nothing,
+        )  # fmt: skip
+        sides.append((f"{side.capitalize()} elevation", elevation, split_dates(seen)))
+    return sides
 
 
 _CLOCK = [f"{hour:02}:00" for hour in range(24)]

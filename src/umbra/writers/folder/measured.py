@@ -12,7 +12,7 @@ from umbra.writers.folder import FolderJob
 from umbra.writers.folder.captions import describe, name_picture
 from umbra.writers.folder.context import add_context
 from umbra.writers.folder.foot import list_few
-from umbra.writers.folder.pictures import lay_out_points
+from umbra.writers.folder.pictures import lay_out_points, name_points
 from umbra.writers.measure_map import find_end
 from umbra.writers.picture_content import Plan, find_map_size
 from umbra.writers.pixels import resample
@@ -47,7 +47,7 @@ def draw_measures(job: FolderJob, plan: Plan | None = None) -> list[str]:
         drawn = _list_drawn(job, measure)
         if not drawn:
             continue
-        days = range(len(job.study.period.days) if measure.needs_sun else 0)
+        days = _list_days(job, measure)
         plan = _describe(job, measure, days, preview, plan)
         for one, values in drawn:
             plan = replace(plan, title=name_picture(job, days, one.long_name))
@@ -56,6 +56,11 @@ def draw_measures(job: FolderJob, plan: Plan | None = None) -> list[str]:
             path, end = job.folder / names[-1], find_end(one, values)
             job.painter.draw_measure(path, plan, shown, one, end)
     return names
+
+
+def _list_days(job: FolderJob, measure: Measure) -> range:
+    """Return the indices of the dates that a measure's map is of: none without the sun."""
+    return range(len(job.study.period.days) if measure.needs_sun else 0)
 
 
 def _describe(
@@ -117,8 +122,10 @@ def _draw_points(job: FolderJob) -> list[str]:
         drawn = _list_drawn(job, measure)
         if not drawn:
             continue
+        days = _list_days(job, measure)
         plan = add_context(job, lay_out_points(job, [measure]))
         for one, values in drawn:
+            plan = replace(plan, title=name_points(job, days, one.long_name))
             names.append(f"{one.name}.png")
             path, end, places = job.folder / names[-1], find_end(one, values), job.study.places
             job.painter.draw_measured_points(path, plan, places, values, one, end, labels)

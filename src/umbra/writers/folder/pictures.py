@@ -60,6 +60,7 @@ __all__ = [
     "find_sunny_side",
     "lay_out_points",
     "look_at_surfaces",
+    "name_points",
 ]
 
 MOST_DAYS = 4
@@ -369,6 +370,12 @@ def draw_plan_of_points(job: FolderJob) -> list[str]:
     return ["points.png", "hours_lost.png"]
 
 
+def name_points(job: FolderJob, which: range, what: str = "sun") -> str:
+    """Return the title of surfaces or points at some dates: the user's, or their own."""
+    named = f"{name_model(list_files(job.scene))}, {job.study.kind.noun}"
+    return job.outputs.title or named + name_sun(job.study.period, which, what)
+
+
 def describe_points(job: FolderJob, measures: Sequence[Measure] | None = None) -> Plan:
     """Describe surfaces or points for a report, or for a map of ``measures`` instead of hours."""
     study, options, outputs = job.study, job.options, job.outputs
@@ -378,8 +385,7 @@ def describe_points(job: FolderJob, measures: Sequence[Measure] | None = None) -
     return Plan(
         nowhere,
         nowhere,
-        title=outputs.title
-        or f"{name_model(list_files(job.scene))}, {study.kind.noun}{name_sun(study.period, which)}",
+        title=name_points(job, which),
         subtitle=outputs.subtitle or "",
         place=tell_place(study),
         date=tell_times(study.period, options, which, is_titled=not outputs.title),
