@@ -71,13 +71,24 @@ def cover_by_walls(casters, p, normal, farthest, covers):
     boxes = casters.strip_boxes
     for group in find_near(casters.strip_box_boxes, p, normal):
         around = casters.strip_box_boxes[group]
-        if _is_far(around, p, farthest) or is_box_hidden(covers, always, around, p):
+        if _is_beyond(around, p, farthest):
+            break
+        if is_box_hidden(covers, always, around, p):
             continue
         for b in range(group * BOXES, min(boxes.shape[0], (group + 1) * BOXES)):
-            if is_box_out(boxes[b], p, normal) or is_box_hidden(covers, always, boxes[b], p):
+            if _is_far(boxes[b], p, farthest) or is_box_out(boxes[b], p, normal):
+                continue
+            if is_box_hidden(covers, always, boxes[b], p):
                 continue
             for s in range(b * STRIPS, min(casters.strips.shape[0], (b + 1) * STRIPS)):
                 _add_strip(casters.strips[s], p, covers[0], parts)
+
+
+@inlined
+def _is_beyond(box, p, farthest):
+    """Return whether all of a box (6,) is farther from a point than a distance, horizontally."""
+    x, y = max(box[0] - p[0], p[0] - box[3], 0.0), max(box[1] - p[1], p[1] - box[4], 0.0)
+    return x * x + y * y > farthest * farthest
 
 
 @inlined
