@@ -1,5 +1,8 @@
 """Styles of pictures: ground, sky, lines, caption and alpha; arrays stay what they were."""
 
+import re
+from importlib.resources import files
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -23,7 +26,7 @@ from umbra.devices import find_device
 from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
 from umbra.scene import Material, Mesh, Part, make_scene
 from umbra.scene.camera import HORIZON, find_exposure, fit_camera
-from umbra.scene.pale import PAPER, STUDIO, TABLE, expose_suns
+from umbra.scene.pale import BRIGHTEST, PAPER, RISE, STUDIO, TABLE, expose_suns
 from umbra.writers.typeface import note_missing
 
 SIZE = (80, 60)
@@ -363,14 +366,55 @@ def test_shadows_on_paper_are_blue_grey_and_stand_out_at_every_time_of_day(rise)
     assert dark[2] > dark[0] + 0.02
 
 
+ALTITUDES = (0.1, 1, 3, 7, 12, 20, 45, 90)
+
+
+def make_sun(altitude):
+    """Return a sun in the east, and as pictures expose it."""
+    rise = np.sin(np.radians(altitude))
+    sun = umbra.directional_light((np.sqrt(1 - rise**2), 0, rise))
+    return sun, *expose_suns([sun])
+
+
+def find_sunlight(sun, cosine):
+    return find_exposure(1) * cosine * sun.find_bend(cosine) * np.array(sun.color)
+
+
 @pytest.mark.parametrize("ground", [PAPER, TABLE])
 def test_shadows_on_level_ground_stand_out_by_one_law_in_pictures_and_windows(ground):
-    for altitude in (0.1, 1, 3, 7, 12, 20, 45, 90):
-        rise = np.sin(np.radians(altitude))
-        (sun,) = expose_suns([umbra.directional_light((np.sqrt(1 - rise**2), 0, rise))])
-        sunlight = find_exposure(1) * rise * np.array(sun.color)
+    for altitude in ALTITUDES:
+        _, sun = make_sun(altitude)
+        sunlight = find_sunlight(sun, np.sin(np.radians(altitude)))
         lit, dark = (
             encode_srgb(np.array(ground) * (STUDIO.from_above + light)) / 255
             for light in (sunlight, 0)
         )
         assert contrast(lit, dark) >= 2.8
+
+
+def test_level_ground_takes_as_much_of_every_low_sun_and_no_wall_more_than_of_one_at_25_degrees():
+    facing = find_sunlight(make_sun(25)[1], 1.0)
+    level = find_sunlight(make_sun(40)[1], np.sin(np.radians(40)))
+    for altitude in ALTITUDES:
+        _, sun = make_sun(altitude)
+        assert (find_sunlight(sun, 1.0) <= facing * (1 + 1e-12)).all()
+        if np.sin(np.radians(altitude)) < RISE:
+            ground = find_sunlight(sun, np.sin(np.radians(altitude)))
+            np.testing.assert_allclose(ground, level, rtol=1e-6)
+
+
+def test_pictures_and_the_live_page_expose_by_one_law():
+    script = (files("umbra.web") / "stage.js").read_text()
+    numbers = {name: float(n) for name, n in re.findall(r"\b([A-Z]+) = ([0-9.]+)[,;]", script)}
+    assert (numbers["RISE"], numbers["BRIGHTEST"]) == (RISE, BRIGHTEST)
+
+
+def test_a_wall_before_a_sun_of_three_degrees_is_not_white():
+    tower = make_tower(color=(0.8, 0.8, 0.8))
+    camera = umbra.Camera((30, 0, 4), (0, 0, 4), size=(40, 30), fov=20)
+    sun, _ = make_sun(3)
+    options = RenderOptions(samples=1, style="architectural")
+    image = draw_picture(tower, camera, [sun], options, print, is_bare=False).image
+    wall = image[15, 20]
+    assert wall.min() > 200
+    assert wall.max() < 250

@@ -1,5 +1,7 @@
 """Metallic-roughness shading and normal maps on OpenGL: one rule, as on the CPU."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.glow import CAMERA as ABOVE
@@ -13,6 +15,7 @@ from umbra.readers.gltf_meshes import find_tangents
 from umbra.scene import Material, Mesh, Part, make_image, make_scene
 
 SUN = umbra.directional_light((0.4, -0.8, 0.7))
+LOW = replace(umbra.directional_light((0.4, -0.9, 0.1)), bend=0.35)
 LAMP = umbra.point_light((-4, -5, 6), (1.0, 0.9, 0.8))
 CAMERA = umbra.Camera((0, -16, 5), (0, 0, 1.5), size=(240, 140), fov=26)
 
@@ -45,7 +48,9 @@ def make_balls():
 
 
 @pytest.mark.parametrize(
-    "lights", [[], [SUN], [LAMP], [SUN, LAMP]], ids=["none", "sun", "lamp", "both"]
+    "lights",
+    [[], [SUN], [LAMP], [SUN, LAMP], [LOW], [LOW, replace(SUN, bend=0.6), LAMP]],
+    ids=["none", "sun", "lamp", "both", "low", "many"],
 )
 def test_both_devices_shade_by_one_rule(device, lights):
     scene = make_balls()

@@ -70,6 +70,27 @@ def test_soft_shadows_are_the_same_on_both_devices(painter, tower, soft):
     assert (np.abs(of_gl - hard).max(2) > 10).mean() > 0.01
 
 
+def test_a_pale_view_has_a_low_sun_that_whitens_no_wall_on_both_devices(device, tower):
+    painter = ViewPainter(device, tower, 0.0, is_pale=True)
+    pictures = {}
+    try:
+        for altitude in (3.0, 25.0):
+            view = make_view(tower, SIZE)
+            toward = view.viewpoint.camera(SIZE).eye
+            azimuth = float(np.degrees(np.arctan2(toward[0], toward[1]))) % 360 + 30
+            sun = replace(view.sun, by_clock=False, azimuth=azimuth, altitude=altitude)
+            view = replace(view, sun=sun)
+            painter.draw(view, SIZE)
+            pictures[altitude] = painter.read().astype(int)
+            painter.draw(view.choose_device("cpu"), SIZE)
+            assert (np.abs(pictures[altitude] - painter.read()).max(2) > 3).mean() < 0.005
+    finally:
+        painter.release()
+    low, high = (pictures[altitude].min(2)[SIZE[1] // 4 :] for altitude in pictures)
+    assert low.max() <= high.max() + 8  # a wall takes the cosine of 25 degrees less of a high sun
+    assert np.median(low) == pytest.approx(np.median(high), abs=1)  # level ground
+
+
 @pytest.mark.parametrize("scale", [2, 4])
 @pytest.mark.parametrize("method", ["auto", "alpha"])
 def test_small_masks_are_those_of_render(painter, tower, scale, method):

@@ -242,6 +242,8 @@ def find_colors(
             toward = way[glossy] / away[glossy, None]
             reflected[glossy] = reflect_light(*mirror, toward, eye)
         color = light.find_intensity(position)
+        if light.bend != 1.0:
+            share = share * light.find_bend(cosine)
         if transmission is not None:
             color = color * transmission[number][seen]
         shown += share[:, None] * reflected * color

@@ -61,6 +61,8 @@ class Lamp:
         row[2, :3] = given["attenuation"]
         if "axis" in given:
             row[3, :3], (row[2, 3], row[3, 3]) = given["axis"], given["cone"]
+        elif "bend" in given:
+            row[3, 3] = given["bend"]
 
 
 class Lamps:
@@ -94,6 +96,9 @@ class Lamps:
                 needs.append("IS_WEAKENING")
         else:
             source[:3] /= np.linalg.norm(source[:3])
+            if light.bend != 1.0:
+                needs.append("IS_BENT")
+                uniforms["bend"] = light.bend
         if light.axis is not None:
             needs.append("IS_SPOT")
             inner = light.half_angle if light.inner_angle is None else light.inner_angle

@@ -28,6 +28,7 @@ __all__ = [
 ]
 
 WHITE = (1.0, 1.0, 1.0)
+_GRAZING = 1e-9  # cosine below which nothing is brighter by a bend
 _ALONG = 1e-9  # sine of the angle below which two directions are equal
 
 
@@ -72,6 +73,9 @@ class Light:
         Upward in the picture; z by default.
     binding : RigBinding, optional
         How it moves in time, see `umbra.scene.making`.
+    bend : float
+        Power of the cosine by which a directional light brightens surfaces, above 0 and at most 1:
+        1 is Lambert's law; below it those that the light meets at a slant are brighter.
 
     Raises
     ------
@@ -89,6 +93,7 @@ class Light:
     image: Image | None = None
     up: NDArray[np.float64] = (0.0, 0.0, 1.0)  # type: ignore[assignment]
     binding: RigBinding | None = None
+    bend: float = 1.0
 
     def __post_init__(self) -> None:
         position = read_vector("a light", self.position, 4)
@@ -114,7 +119,7 @@ class Light:
         if not any(self.attenuation):
             msg = "an attenuation of 0,0,0 would be infinitely bright; 1,0,0 is none"
             raise InputError(msg)
-        for name in ("range", "half_angle", "inner_angle"):
+        for name in ("range", "half_angle", "inner_angle", "bend"):
             if name != "inner_angle" or self.inner_angle is not None:
                 number = read_number(f"a light's {name}", getattr(self, name))
                 object.__setattr__(self, name, number)
@@ -125,6 +130,9 @@ class Light:
             raise InputError(msg)
         if position[3] == 0 and (self.range < np.inf or self.axis is not None):
             msg = "a directional light is infinitely far: it has neither range nor cone"
+            raise InputError(msg)
+        if not 0 < self.bend <= 1 or (position[3] > 0 and self.bend < 1):
+            msg = f"a light's bend is above 0 and at most 1, and a lamp's is 1; got {self.bend:g}"
             raise InputError(msg)
         self._check_cone()
 
@@ -163,6 +171,10 @@ class Light:
     def local(self, origin: ArrayLike) -> NDArray[np.float64]:
         """Return the homogeneous position (4,) relative to an origin (3,) [m]."""
         return find_local(self.position, origin)
+
+    def find_bend(self, cosine: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Find how much brighter surfaces are than by the cosine (n,) of the light on them."""
+        return np.maximum(cosine, _GRAZING) ** (self.bend - 1.0)
 
     def is_within(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         """

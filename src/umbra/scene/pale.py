@@ -11,8 +11,10 @@ from umbra.scene.mesh import ADDED_GROUND
 from umbra.scene.scene import Scene
 
 __all__ = [
+    "BRIGHTEST",
     "PALENESS",
     "PAPER",
+    "RISE",
     "STUDIO",
     "TABLE",
     "choose_pale_sky",
@@ -31,12 +33,12 @@ TABLE = (0.58, 0.565, 0.54)
 
 STUDIO = Sky((0.50, 0.64, 0.88), (0.93, 0.925, 0.91), BOUNCE, 0.13)
 """A warm horizon, and blue light in shadows, little enough for their contrast."""
-_RISE, _BRIGHTEST, _LEAST = 0.72, 2.4, 0.5
+RISE, BRIGHTEST = 0.72, 1.7
 """
-Sine of the sun's altitude below which its light is raised, by how much at most, and what level
-ground takes of it all the same: as a photograph is exposed, so that shadows stand out at all times
-of day, 2.8 to 1 and more.
+Sine of the sun's altitude below which its light is raised, and by how much at most: as a photograph
+is exposed, so that level ground is as bright at all times of day and no wall turns white.
 """
+_LOWEST = 1e-6  # sine of the altitude of a sun that is as low as any
 _WARM = (1.03, 1.0, 0.94)  # of their light: shadows are blue beside it
 
 
@@ -52,17 +54,22 @@ def choose_pale_sky(lights: Sequence[Light]) -> Sky:
 
 
 def expose_suns(lights: Sequence[Light]) -> list[Light]:
-    """Return the lights with low suns as bright as a photograph shows them."""
+    """
+    Return the lights with low suns as bright as a photograph shows them.
+
+    A sun too low for the largest factor is bent besides (`Light.bend`), so that level ground takes
+    no less and a wall before it no more. The live page has the same law (`exposeSun`).
+    """
     exposed = []
     for light in lights:
-        times = 1.0
+        times = bend = 1.0
         if not light.is_point:
             rise = float(light.position[2] / np.linalg.norm(light.position[:3]))
-            height = max(rise, 1e-3)
-            times = min(max(_RISE / height, 1.0), _BRIGHTEST)
-            times = max(times, _LEAST / height) if rise > 0 else times
+            times = min(max(RISE / max(rise, _LOWEST), 1.0), BRIGHTEST)
+            if 0 < rise < RISE / BRIGHTEST:
+                bend = float(np.log(RISE / BRIGHTEST) / np.log(max(rise, _LOWEST)))
         red, green, blue = (times * np.multiply(light.color, _WARM)).tolist()
-        exposed.append(replace(light, color=(red, green, blue)))
+        exposed.append(replace(light, color=(red, green, blue), bend=bend))
     return exposed
 
 

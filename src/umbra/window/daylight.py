@@ -52,6 +52,8 @@ class Sun:
         Whether date and clock determine the position.
     color : (float, float, float)
         Linear RGB.
+    bend : float
+        Of its light, see `Light`.
     land : Horizon, optional
         Land far away, which hides the sun.
     """
@@ -64,6 +66,7 @@ class Sun:
     altitude: float = 45.0
     by_clock: bool = True
     color: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    bend: float = 1.0
     land: Horizon | None = None
 
     @property
@@ -105,7 +108,7 @@ class Sun:
         """Return the sun's light; None at night, behind the land or if switched off."""
         if not self.is_up or self.is_behind_land:
             return None
-        return directional_light(self.direction(), color=self.color)
+        return replace(directional_light(self.direction(), color=self.color), bend=self.bend)
 
     def when(self) -> dt.datetime:
         """Return the time in the site's zone; of an ambiguous clock time, the first."""

@@ -27,7 +27,7 @@ _NUMBERS = ("heading", "tilt", "distance", "fov", "near")
 def to_json(view: ViewState) -> dict[str, Any]:
     """Convert a view to JSON types; the land and pictures projected by lights are left out."""
     sun = asdict(replace(view.sun, land=None))
-    del sun["land"]
+    del sun["land"], sun["bend"]  # which is the exposure's
     sun["date"] = view.sun.date.isoformat()
     return {
         "umbra_view": _VERSION,

@@ -223,7 +223,7 @@ class ViewPainter:
             return view
         for number, light in zip(shining, expose_suns(list(shining.values())), strict=True):
             if number == SUN:
-                view = replace(view, sun=replace(view.sun, color=light.color))
+                view = replace(view, sun=replace(view.sun, color=light.color, bend=light.bend))
             else:
                 view = view.change_light(number, light)
         return view

@@ -1,6 +1,6 @@
 // What one light brings to a surface that it reaches: range, attenuation, cone, picture.
 //
-// IS_POINT, IS_WEAKENING, IS_SPOT and HAS_SLIDE are defined as the light needs them: a software device
+// IS_POINT, IS_WEAKENING, IS_SPOT, IS_BENT and HAS_SLIDE are defined as the light needs them: a software device
 // takes every branch of every pixel. ARE_MANY: each rectangle of the picture has its own light.
 
 #ifdef ARE_MANY
@@ -13,6 +13,7 @@ flat in int lamp_number;
 #define attenuation lamps[4 * lamp_number + 2].xyz
 #define axis lamps[4 * lamp_number + 3].xyz
 #define cone vec2(lamps[4 * lamp_number + 2].w, lamps[4 * lamp_number + 3].w)
+#define bend lamps[4 * lamp_number + 3].w
 #else
 uniform vec4 lamp;           // homogeneous, relative to the eye
 uniform vec3 lamp_color;     // times the exposure
@@ -20,6 +21,7 @@ uniform vec3 attenuation;    // constant, linear, quadratic
 uniform float fade;          // 1 / range², 0 without a range
 uniform vec3 axis;
 uniform vec2 cone;           // cosine of the half angle; 1 / (what the inner angle's is above it)
+uniform float bend;          // power of the cosine
 #endif
 uniform sampler2D slide;
 uniform vec3 slide_right, slide_up;  // over the tangent of the half angle
@@ -71,6 +73,15 @@ vec3 find_radiance(vec3 place) {
     tint *= amount;
 #endif
     return tint;
+}
+
+// How much brighter it makes a surface than by its cosine: a low sun's light is bent.
+float find_bend(float cosine) {
+#ifdef IS_BENT
+    return pow(max(cosine, 1e-9), bend - 1.0);
+#else
+    return 1.0;
+#endif
 }
 
 // The unit vector toward the lamp.

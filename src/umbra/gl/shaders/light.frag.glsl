@@ -82,7 +82,7 @@ void main() {
         lamplight *= left / float(n_sheer_lamps);
     }
 #endif
-    vec3 light = lamplight * reflected;
+    vec3 light = lamplight * reflected * find_bend(dot(seen.xyz, toward));
 #ifdef IS_SHOWN
     if (max(max(light.r, light.g), light.b) <= 0.0) {
         discard;

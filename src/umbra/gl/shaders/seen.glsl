@@ -53,7 +53,7 @@ void store(Seen seen) {
 #else
     vec3 reflected = seen.albedo * max(dot(seen.normal, toward), 0.0);
 #endif
-    shown += reflected * find_radiance(seen.at);
+    shown += reflected * find_radiance(seen.at) * find_bend(dot(seen.normal, toward));
 #endif
     lit = vec4(show(shown), 1.0);
 #else
