@@ -8,6 +8,9 @@ from umbra.kernels import borrowing, inlined, kernel
 from umbra.sky.skyline import (
     BINS,
     BOXES,
+    CURVED,
+    MEET,
+    NARROW,
     STRIPS,
     add_interval,
     find_bin,
@@ -20,10 +23,7 @@ from umbra.sky.skyline import (
 
 __all__ = ["cover_by_walls", "find_wall_covers"]
 
-_CURVED = 1.00001  # how far an arc rises above its ends within a bin
 _TALLEST = 1e300  # of a part without width
-_MEET = 1e-7  # of a bin: where two strips meet
-_NARROW = 1e-6  # sine of the angle of an edge whose arc is known to within CLEAR
 
 
 @kernel
@@ -118,7 +118,7 @@ def _add_strip(strip, p, cover, parts):
     if first > last:
         return
     size_a, size_b = math.sqrt(ax * ax + ay * ay), math.sqrt(bx * bx + by * by)
-    if turn <= _NARROW * (size_a + abs(az)) * (size_b + abs(bz)):
+    if turn <= NARROW * (size_a + abs(az)) * (size_b + abs(bz)):
         return
     # The wall's distance along a direction d is turn / (d x (b - a)), its top there a sinusoid.
     top_x, top_y = (az * by - ay * bz) / turn, (ax * bz - az * bx) / turn
@@ -134,7 +134,7 @@ def _add_strip(strip, p, cover, parts):
         if column == first or column > last:
             from_ = start - (column - 1) if column == first else 0.0
             to = end - (column - 1) if column > last else 1.0
-            lowest = max(before_low, low) * _CURVED
+            lowest = max(before_low, low) * CURVED
             _cover_part(cover[b], parts[b], from_, to, lowest, min(before_top, top))
         else:
             add_interval(cover[b], before_low, low, before_top, top, True)
@@ -144,7 +144,7 @@ def _add_strip(strip, p, cover, parts):
 @borrowing
 def _cover_part(row, parts, start, end, low, high):
     """Cover a bin (6,), or its first or last part (2, 3), between two tangents."""
-    if start <= _MEET:
+    if start <= MEET:
         part = parts[0]
         if end * (high - low) > part[0] * (part[2] - part[1]):
             part[0], part[1], part[2] = end, low, high
@@ -152,7 +152,7 @@ def _cover_part(row, parts, start, end, low, high):
         part = parts[1]
         if (1.0 - start) * (high - low) > (1.0 - part[0]) * (part[2] - part[1]):
             part[0], part[1], part[2] = start, low, high
-    if parts[0, 0] < parts[1, 0] - _MEET:
+    if parts[0, 0] < parts[1, 0] - MEET:
         return
-    low, high = max(parts[0, 1], parts[1, 1]), min(parts[0, 2], parts[1, 2]) / _CURVED
+    low, high = max(parts[0, 1], parts[1, 1]), min(parts[0, 2], parts[1, 2]) / CURVED
     add_interval(row, low, low, high, high, True)
