@@ -14,13 +14,12 @@ from umbra.kernels import borrowing, kernel
 from umbra.sky.events import find_spans
 from umbra.sky.gather import HORIZON, PLANE
 from umbra.sky.meridians import ZENITH, cut_face, find_slope
-from umbra.sky.skyline import find_turn
+from umbra.sky.skyline import GAP, find_turn
 from umbra.sky.sweep import place_bound
 from umbra.sky.tensors import add_arc
 
 __all__ = ["add_shares", "find_hits"]
 
-_GAP = 1e-12
 _FREE = -1
 _BEHIND = -2
 
@@ -97,9 +96,7 @@ def add_shares(seen, casters, normal, events, moments, bands):
             label = _BEHIND
             if q + 1 < m:
                 lower, upper = marks[here], marks[order[q + 1]]
-                if not (
-                    upper - lower > _GAP * (1.0 + lower * upper) or (lower < upper == math.inf)
-                ):
+                if not (upper - lower > GAP * (1.0 + lower * upper) or (lower < upper == math.inf)):
                     continue
                 label = _find_label(
                     seen,

@@ -10,16 +10,14 @@ below what covers it, at both sides.
 import math
 
 from umbra.kernels import borrowing, inlined
-from umbra.sky.skyline import BINS, CLEAR, add_interval, is_hidden, look_along
+from umbra.sky.skyline import BINS, CLEAR, MEET, NARROW, add_interval, is_hidden, look_along
 
 __all__ = ["is_face_hidden", "raise_cover"]
 
-_NARROW = 1e-6  # sine of the angle of an edge whose arc is known to within CLEAR
 _UPRIGHT = 1e-5  # of the azimuth that an edge spans: those are at a face's ends,
 _ENDS = 0.02  # this part of a bin [bins]
 _CLEAR = 2.0 * CLEAR  # more than the sweep takes off
 _MIDDLE = 0.5
-_MEET = 1e-7  # of a bin: how near to a side is at it
 
 
 @inlined
@@ -39,7 +37,7 @@ def _find_arcs(corners, n, arcs):
         size_a, size_b = abs(ax) + abs(ay), abs(bx) + abs(by)
         if abs(turn) <= _UPRIGHT * size_a * size_b:
             continue
-        if abs(turn) <= _NARROW * (size_a + az) * (size_b + bz):
+        if abs(turn) <= NARROW * (size_a + az) * (size_b + bz):
             return -1
         arcs[count, 0] = -1.0 if turn > 0.0 else 1.0
         arcs[count, 1], arcs[count, 2] = (az * by - ay * bz) / turn, (ax * bz - az * bx) / turn
@@ -110,7 +108,7 @@ def is_face_hidden(cover, corners, n, bounds, arcs):
     if count <= 0:
         return False
     is_known = False
-    for column in range(math.floor(start - _MEET), math.floor(end + _MEET) + 1):
+    for column in range(math.floor(start - MEET), math.floor(end + MEET) + 1):
         if is_hidden(cover, column + _MIDDLE, column + _MIDDLE, low, high):
             is_known = False
             continue

@@ -20,22 +20,27 @@ from numpy.typing import NDArray
 from umbra.kernels import borrowing, inlined, kernel
 
 __all__ = [
-    "BINS", "BOXES", "CLEAR", "FACES", "STRIPS", "add_interval", "find_bin", "find_cover_along",
-    "find_layer", "find_near", "find_outline", "find_turn", "is_box_hidden", "is_box_out",
-    "is_hidden", "look_along", "make_cover", "make_covers",
+    "BINS", "BOXES", "CLEAR", "CURVED", "FACES", "GAP", "MEET", "NARROW", "STRIPS", "add_interval",
+    "find_bin", "find_cover_along", "find_layer", "find_near", "find_outline", "find_turn",
+    "is_box_hidden", "is_box_out", "is_hidden", "look_along", "make_cover", "make_covers",
 ]  # fmt: skip
 
 BINS = 1024
 """Bins of the turn."""
 CLEAR = 1e-9
 """What is hidden lies this far within what covers it, as a share and as a tangent, for rounding."""
+CURVED = 1.00001
+"""How far an arc rises above its ends within a bin."""
+GAP = 1e-12
+"""Free gaps between faces up to this angle are rounding [radians]."""
+MEET = 1e-7
+"""How near to a side of a bin is at it, and where two strips meet [bins]."""
+NARROW = 1e-6
+"""Sine of the angle of an edge whose arc is known to within ``CLEAR``."""
 FACES, STRIPS, BOXES = 8, 4, 8
 """Faces, and strips of walls, that one box bounds; and boxes that one box of boxes does."""
 _QUARTER = BINS // 4
-_CURVED = 1.00001  # how far an arc rises above its ends within a bin
-_MEET = 1e-7  # of a bin: how near to a side is at it
 _LEAST = 1e-3  # size of an interval above that is kept
-_GAP = 1e-12  # as of the sweep
 
 
 @inlined
@@ -97,13 +102,13 @@ def make_covers(n):
 @inlined
 def is_hidden(cover, start, end, low, high):
     """Return whether all bins between two places hide what lies between two tangents."""
-    for column in range(math.floor(start - _MEET), math.floor(end + _MEET) + 1):
+    for column in range(math.floor(start - MEET), math.floor(end + MEET) + 1):
         row = cover[column & (BINS - 1)]
         if high < min(row[0], row[1]) * (1.0 - CLEAR) - CLEAR:
             continue
         if high >= min(row[4], row[5]) * (1.0 - CLEAR) - CLEAR:
             return False
-        if low <= max(row[2], row[3]) * (_CURVED + CLEAR) + CLEAR:
+        if low <= max(row[2], row[3]) * (CURVED + CLEAR) + CLEAR:
             return False
     return True
 
@@ -172,7 +177,7 @@ def _find_size(low, high):
 @inlined
 def _touches(low, high):
     """Return whether an interval from a tangent on begins in or at one that ends at another."""
-    return low <= high + _GAP * (1.0 + high * high)
+    return low <= high + GAP * (1.0 + high * high)
 
 
 @inlined

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from umbra.kernels import borrowing, copy_numbers, copy_rows, kernel
 from umbra.sky.gather import HORIZON, PLANE
 from umbra.sky.meridians import ZENITH, cut_edge, cut_face, cut_plane, find_slope
-from umbra.sky.skyline import find_cover_along, find_turn
+from umbra.sky.skyline import GAP, find_cover_along, find_turn
 from umbra.sky.tensors import add_arc
 
 __all__ = ["COVER", "Pieces", "find_pieces", "integrate", "is_on_cover", "place_bound"]
@@ -25,8 +25,6 @@ __all__ = ["COVER", "Pieces", "find_pieces", "integrate", "is_on_cover", "place_
 COVER = -4
 """The bound of what is known to be covered, on which no face went on: see ``is_on_cover``."""
 
-_GAP = 1e-12
-"""Free gaps between faces up to this angle are rounding [radians]."""
 _LEADS = 32  # faces that are tried first
 
 
@@ -131,7 +129,7 @@ def find_pieces(seen, normal, events, spans, owner, cover):
                 continue
             low[i], high[i] = lower, upper
             low_code[i], high_code[i] = i << 3 | p, (i << 3 | r if r >= 0 else ZENITH)
-            if lower - top <= _GAP * (1.0 + lower * top):
+            if lower - top <= GAP * (1.0 + lower * top):
                 top, code = upper, high_code[i]
             elif low[wide] == math.inf or (lower <= high[wide] and upper >= low[wide]):
                 if lower >= low[wide] and upper <= high[wide]:
@@ -162,7 +160,7 @@ def find_pieces(seen, normal, events, spans, owner, cover):
                 q += 1
             start = low[i] if i >= 0 else math.inf
             bound = low_code[i] if i >= 0 else ZENITH
-            if start == math.inf or start - top > _GAP * (1.0 + start * top):
+            if start == math.inf or start - top > GAP * (1.0 + start * top):
                 if count == which.size:
                     which, below, above, under, over = _grow(which, below, above, under, over)
                 which[count], under[count], over[count] = s, code, bound

@@ -8,6 +8,9 @@ from umbra.kernels import borrowing, inlined, kernel
 from umbra.sky.skyline import (
     BINS,
     BOXES,
+    CURVED,
+    MEET,
+    NARROW,
     STRIPS,
     add_interval,
     find_bin,
@@ -20,10 +23,7 @@ from umbra.sky.skyline import (
 
 __all__ = ["cover_by_walls", "find_wall_covers"]
 
-_CURVED = 1.00001  # how far an arc rises above its ends within a bin
 _TALLEST = 1e300  # of a part without width
-_MEET = 1e-7  # of a bin: where two strips meet
-_NARROW = 1e-6  # sine of the angle of an edge whose arc is known to within CLEAR
 
 
 @kernel
@@ -71,13 +71,24 @@ def cover_by_walls(casters, p, normal, farthest, covers):
     boxes = casters.strip_boxes
     for group in find_near(casters.strip_box_boxes, p, normal):
         around = casters.strip_box_boxes[group]
-        if _is_far(around, p, farthest) or is_box_hidden(covers, always, around, p):
+        if _is_beyond(around, p, farthest):
+            break
+        if is_box_hidden(covers, always, around, p):
             continue
         for b in range(group * BOXES, min(boxes.shape[0], (group + 1) * BOXES)):
-            if is_box_out(boxes[b], p, normal) or is_box_hidden(covers, always, boxes[b], p):
+            if _is_far(boxes[b], p, farthest) or is_box_out(boxes[b], p, normal):
+                continue
+            if is_box_hidden(covers, always, boxes[b], p):
                 continue
             for s in range(b * STRIPS, min(casters.strips.shape[0], (b + 1) * STRIPS)):
                 _add_strip(casters.strips[s], p, covers[0], parts)
+
+
+@inlined
+def _is_beyond(box, p, farthest):
+    """Return whether all of a box (6,) is farther from a point than a distance, horizontally."""
+    x, y = max(box[0] - p[0], p[0] - box[3], 0.0), max(box[1] - p[1], p[1] - box[4], 0.0)
+    return x * x + y * y > farthest * farthest
 
 
 @inlined
@@ -107,7 +118,7 @@ def _add_strip(strip, p, cover, parts):
     if first > last:
         return
     size_a, size_b = math.sqrt(ax * ax + ay * ay), math.sqrt(bx * bx + by * by)
-    if turn <= _NARROW * (size_a + abs(az)) * (size_b + abs(bz)):
+    if turn <= NARROW * (size_a + abs(az)) * (size_b + abs(bz)):
         return
     # The wall's distance along a direction d is turn / (d x (b - a)), its top there a sinusoid.
     top_x, top_y = (az * by - ay * bz) / turn, (ax * bz - az * bx) / turn
@@ -123,7 +134,7 @@ def _add_strip(strip, p, cover, parts):
         if column == first or column > last:
             from_ = start - (column - 1) if column == first else 0.0
             to = end - (column - 1) if column > last else 1.0
-            lowest = max(before_low, low) * _CURVED
+            lowest = max(before_low, low) * CURVED
             _cover_part(cover[b], parts[b], from_, to, lowest, min(before_top, top))
         else:
             add_interval(cover[b], before_low, low, before_top, top, True)
@@ -133,7 +144,7 @@ def _add_strip(strip, p, cover, parts):
 @borrowing
 def _cover_part(row, parts, start, end, low, high):
     """Cover a bin (6,), or its first or last part (2, 3), between two tangents."""
-    if start <= _MEET:
+    if start <= MEET:
         part = parts[0]
         if end * (high - low) > part[0] * (part[2] - part[1]):
             part[0], part[1], part[2] = end, low, high
@@ -141,7 +152,7 @@ def _cover_part(row, parts, start, end, low, high):
         part = parts[1]
         if (1.0 - start) * (high - low) > (1.0 - part[0]) * (part[2] - part[1]):
             part[0], part[1], part[2] = start, low, high
-    if parts[0, 0] < parts[1, 0] - _MEET:
+    if parts[0, 0] < parts[1, 0] - MEET:
         return
-    low, high = max(parts[0, 1], parts[1, 1]), min(parts[0, 2], parts[1, 2]) / _CURVED
+    low, high = max(parts[0, 1], parts[1, 1]), min(parts[0, 2], parts[1, 2]) / CURVED
     add_interval(row, low, low, high, high, True)

@@ -173,7 +173,8 @@ def open_engine(workers: int | None = None, scheduler: str | None = None) -> Ite
     try:
         # Not the default of all that uses Dask: a scheduler that does not answer would stay so.
         client = Client(**given, timeout=_WAIT, set_as_default=False)
-    except (OSError, ValueError, TimeoutError) as error:
+    except (AssertionError, OSError, ValueError, TimeoutError) as error:
+        # Dask asserts that its thread starts within 10 s, which it may not on a busy machine.
         reason = str(error) or "no answer"
         msg = f"no Dask scheduler answers at '{scheduler}' ({reason}); start one, or correct it"
         raise InputError(msg, option="scheduler") from error
