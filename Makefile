@@ -93,8 +93,11 @@ study: $(OUT)/city_block/study.nc $(OUT)/city_block.png
 
 # -- checks ------------------------------------------------------------------------------
 
+# One more than cores: tests of browsers, windows and Ctrl-C often wait.
+WORKERS ?= $(shell $(PYTHON) -c 'import os; print((os.cpu_count() or 1) + 1)')
+
 test: $(VENV)/.opengl
-	$(PY) -m pytest -n auto --dist loadfile $(ARGS)
+	$(PY) -m pytest -n $(WORKERS) --dist loadfile $(ARGS)
 
 fuzz: $(VENV)/.test
 	$(PY) tests/fuzz/sequences.py --seconds $(or $(SECONDS),60) --seed $(or $(SEED),0)
