@@ -117,3 +117,22 @@ def test_a_scheduler_that_does_not_answer_is_named(city, tmp_path, monkeypatch):
     assert caught.value.option == "scheduler"
     with pytest.raises(umbra.InputError, match="give one of them"):
         umbra.city_study(city, out=tmp_path, workers=2, scheduler="tcp://a:1", **TILES, **GIVEN)
+
+
+ENDS = """
+from umbra import InputError
+from umbra.tiles.cluster import open_engine
+
+for _ in range(2):
+    try:
+        with open_engine(None, "nowhere"):
+            pass
+    except InputError as error:
+        print(error.option)
+"""
+
+
+def test_a_program_ends_after_a_scheduler_that_does_not_answer():
+    run = [sys.executable, "-c", ENDS]
+    done = subprocess.run(run, capture_output=True, text=True, check=True, timeout=60)
+    assert done.stdout.split() == ["scheduler"] * 2

@@ -171,15 +171,17 @@ def open_engine(workers: int | None = None, scheduler: str | None = None) -> Ite
     from distributed import Client  # noqa: PLC0415
 
     given = {"scheduler_file": scheduler} if scheduler.endswith(".json") else {"address": scheduler}
-    # A client of a scheduler that did not answer, if it were cleared away while another starts,
-    # would wait for the other's lock, and the other for it.
-    gc.collect()
+    client, reason = None, ""
     try:
         # Not the default of all that uses Dask: a scheduler that does not answer would stay so.
         client = Client(**given, timeout=_WAIT, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         reason = str(error) or "no answer"
+    if client is None:
+        # What is left of it is closed here, as the error holds it no longer: cleared away while
+        # another starts, or as Python ends, it would wait for a thread that waits for it.
+        gc.collect()
         msg = f"no Dask scheduler answers at '{scheduler}' ({reason}); start one, or correct it"
-        raise InputError(msg, option="scheduler") from error
+        raise InputError(msg, option="scheduler")
     with client, client.as_current():
         yield ClusterEngine(client)
