@@ -86,8 +86,8 @@ def test_first_views_and_those_from_above_are_filled_by_compass_and_path(page, t
             assert (seen < 1).all()
             filled = np.argmax(np.ptp(seen, axis=0))
             low, high = seen[:, filled].min(), seen[:, filled].max()
-            assert high - low > 0.85
-            assert abs(low + high - 1) < 0.05  # in the middle
+            assert high - low > 0.8
+            assert abs(low + high - 1) < 0.08  # in the middle
 
 
 def test_keys_work_wherever_the_focus_is_but_in_what_one_types(live):
