@@ -134,7 +134,9 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
                 "umbra: warning: the sun is below the horizon all this time; "
                 "there are no hours of sun or shadow"
             )
-        first, more, failures = fill_folder(study, unfinished, outputs, options, painter, say)
+        first, more, verdicts, failures = fill_folder(
+            study, unfinished, outputs, options, painter, say
+        )
         write_options(unfinished / OPTIONS_FILE, click.get_current_context())
     written = [out / name for name in (*first, OPTIONS_FILE, *more)]
     note_earlier(written, say)
@@ -143,7 +145,7 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
     elif not quiet:
         for path in written:
             echo_path(path)
-        for line in tell_answers(study, options.proposed):
+        for line in (*verdicts, *tell_answers(study, options.proposed)):
             say(line)
     raise_failures(failures, say)
 

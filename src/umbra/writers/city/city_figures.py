@@ -16,7 +16,6 @@ from umbra.lights import Period
 from umbra.receivers.counted import NEAR, Counted, find_near, reach_from_centres
 from umbra.receivers.plan import PlanKind
 from umbra.sun import name_date
-from umbra.sun.clock import say_hours
 from umbra.tiles.city_lattice import CityTile
 from umbra.tiles.count import lay_out_window
 from umbra.tiles.neighbourhood import Neighbourhood
@@ -30,6 +29,7 @@ from umbra.writers.city.store_window import (
     read_stored_array,
 )
 from umbra.writers.folder.month_maps import BY_MONTH, make_month_row
+from umbra.writers.folder.summary import tell_sun
 
 __all__ = [
     "CityFigures", "PlanFigures", "SurfaceFigures", "find_figures", "list_city_months",
@@ -222,15 +222,12 @@ def tell_city_hours(figures: CityFigures | None, period: Period) -> list[str]:
         area += float(np.broadcast_to(areas, sun.shape[-1:]).sum())
     days = period.days
     dates = [f"sum of {len(days)} dates"] if len(up) < len(days) else [name_date(d) for d in days]
-    what = f"{counted.what.replace(', ', ' ')} ({counted.tell_whole()})"
-    lines = []
-    for date, whole, sun, none in zip(dates, up.tolist(), total / area, dark / area, strict=True):
-        if whole > 0:
-            share = f" ({100 * sun / whole:.3g} % of the possible)" if len(up) < len(days) else ""
-            lines.append(
-                f"{date}: {what}: {say_hours(sun)} of {say_hours(whole)} in the sun on average"
-                f"{share}; {100 * none:.3g} % without sun"
-            )
+    is_sum = len(up) < len(days)
+    lines = [
+        tell_sun(date, counted, sun, whole, none, is_sum=is_sum)
+        for date, whole, sun, none in zip(dates, up.tolist(), total / area, dark / area)
+        if whole > 0
+    ]
     if len(lines) > _MOST_DATES:
         more = len(lines) - _MOST_DATES
         lines = [*lines[:_MOST_DATES], f"and {more} more dates, in the store"]

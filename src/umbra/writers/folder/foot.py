@@ -9,6 +9,7 @@ import numpy as np
 
 from umbra.study import FinerHours, Study, StudyOptions
 from umbra.study.measures import Measure, guard
+from umbra.sun.clock import say_hours
 from umbra.writers.folder import FolderJob
 from umbra.writers.picture_content import Plan
 
@@ -81,7 +82,7 @@ def tell_cut(study: Any, *, shows_hours: bool = True) -> str:
     if not round(most, 3) > 0:  # of hours in float32
         return ""
     is_told = shows_hours and len(study.period.days) == 1
-    told = f", where they last up to {most:.3g} h" if is_told else ""
+    told = f", where they last up to {say_hours(most)}" if is_told else ""
     return f"the frame cuts shadows{told}"
 
 

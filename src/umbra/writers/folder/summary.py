@@ -14,11 +14,13 @@ from umbra.study.measures import Quantity
 from umbra.sun import find_daylight, name_date
 from umbra.sun.clock import say_hours
 
-__all__ = ["find_worst", "summarise", "tell_answers", "tell_areas", "tell_measure"]
+__all__ = ["find_worst", "summarise", "tell_answers", "tell_areas", "tell_measure", "tell_sun"]
 
 _MOST_DATES = 8
 _NEVER = 1e-4  # hours that are none [h]
 
+_LEAST_SHARE = 5e-4
+"""The least share that has a decimal of a percent."""
 _MOST_AREAS = 8
 """Lines that tell of named areas."""
 _MOST = 4
@@ -205,21 +207,44 @@ def _tell_hours(study: Study, taker: tuple[str, str], worst: str = "") -> list[s
     counted = study.kind.find_counted(study)
     if counted is None or not counted.whole or not study.up_hours > 0:
         return []
-    what = f"{counted.what.replace(', ', ' ')} ({counted.tell_whole()})"
-    mean, whole = (say_hours(h) for h in (counted.average(study.sun_hours), study.up_hours))
-    never = 100 * counted.add_up(study.sun_hours <= _NEVER) / counted.whole
+    never = counted.add_up(study.sun_hours <= _NEVER) / counted.whole
     days = study.period.days
     date = name_dates(study)
     has_losses = "hours_lost" in study.more
-    prefix = f"{date}{'' if has_losses else worst}: " if date else ""
-    possible = 100 * counted.average(study.sun_hours) / study.up_hours
-    share = f" ({possible:.3g} % of the possible)" if len(days) > 1 else ""
-    left = f"{prefix}{what}: {mean} of {whole} in the sun on average{share}; "
-    left += f"{never:.3g} % without sun"
+    prefix = f"{date}{'' if has_losses else worst}" if date else ""
+    left = tell_sun(
+        prefix, counted, counted.average(study.sun_hours), study.up_hours, never,
+        is_sum=len(days) > 1,
+    )  # fmt: skip
     if not has_losses:
         return [left]
     when = f" on {date}{worst}" if len(days) == 1 else f" ({date})" if date else ""
     return [_tell_loss(study, taker, when), left]
+
+
+def tell_sun(
+    date: str, counted: Counted, mean: float, whole: float, never: float, *, is_sum: bool
+) -> str:
+    """
+    Tell the mean hours of sun of what counts, of the hours with the sun up, on a date or in sums.
+
+    ``never`` is the share without any [0..1].
+    """
+    prefix = f"{date[0].upper()}{date[1:]}: the" if is_sum else f"On {date} the" if date else "The"
+    what = counted.what.replace(", ", " ")
+    what = counted.tell_whole() if what == counted.unit else f"{what} ({counted.tell_whole()})"
+    share = f" ({100 * mean / whole:.3g} % of the possible)" if is_sum else ""
+    told = f"{prefix} sun reaches {what} for {say_hours(mean)} of {say_hours(whole)} on average"
+    return f"{told}{share}, and {say_share(never)} never"
+
+
+def say_share(share: float) -> str:
+    """Format a share [0..1] in percent with one decimal; only none is 0 %, and only all 100 %."""
+    if share in {0, 1}:
+        return f"{100 * share:.0f} %"
+    if min(share, 1 - share) < _LEAST_SHARE:
+        return "under 0.1 %" if share < _LEAST_SHARE else "over 99.9 %"
+    return f"{100 * share:.1f} %"
 
 
 def _tell_loss(study: Study, taker: tuple[str, str], when: str) -> str:
