@@ -10,6 +10,8 @@ from support.shapes import box
 
 import umbra
 from umbra.calls.film import FilmOptions, plan_shots
+from umbra.calls.picture import draw_picture
+from umbra.calls.picture_options import RenderOptions
 from umbra.window.view_file import to_json
 from umbra.window.view_state import Viewpoint, make_view
 from umbra.writers.sun_rose import paste_rose
@@ -37,7 +39,8 @@ def test_a_turntable_begins_with_the_camera_s_own_picture(scene, camera, tmp_pat
         assert film.info["duration"] == 200
         assert film.n_frames == 5
     assert len(frames) == 5
-    still = umbra.render(scene, camera, light, style="plain", samples=1, ground=0.0)
+    options = RenderOptions(style="plain", samples=1, ground=0.0)
+    still = draw_picture(scene, camera, [light], options, print, is_bare=False, is_filed=True).image
     assert np.abs(frames[0] - still).mean() < 3  # 256 colours
     assert all(np.abs(one - frames[0]).mean() > 3 for one in frames[1:])
 

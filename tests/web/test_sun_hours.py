@@ -164,15 +164,19 @@ def test_an_interval_changes_by_keys_and_pointer_without_new_volumes(live):
     live.wait("location.hash.includes('hours=600,945')")
 
 
-def test_any_date_is_counted_coarsely_then_in_full(live):
-    shown = live.ask(
-        "(() => { umbra.set({date: '2026-12-21', interval: [0, 1440]});"
-        "umbra.stage.draw(umbra.state);"
-        "return [umbra.sunHours.isWhole, umbra.sunHours.layer.masks.sheet.width]; })()"
-    )
-    assert shown[0] is False
+def test_any_date_is_counted_in_part_then_in_full_and_coarsely_in_motion(live):
+    for at_rest, date in ((True, "2026-09-21"), (False, "2026-12-21")):
+        is_whole, is_part, width = live.ask(
+            "(() => { const hours = umbra.sunHours; hours.costs = {coarse: 50, fine: 50};"
+            f"if ({str(at_rest).lower()}) hours.changed = -Infinity;"
+            f"umbra.set({{date: '{date}', interval: [0, 1440]}}); umbra.stage.draw(umbra.state);"
+            "const {isWhole, layer, wanted} = hours;"
+            "return [isWhole, layer.most < wanted.length, layer.masks.sheet.width]; })()"
+        )
+        assert (is_whole, is_part) == (False, True)
+        assert (width == 670) == at_rest
     live.wait(WHOLE)
-    assert shown[1] < live.ask("umbra.sunHours.layer.masks.sheet.width") / 2
+    assert live.ask("umbra.sunHours.layer.masks.sheet.width") == 670
     study = umbra.shadow_study(
         make_scene(*box((500, 500, 0), (501, 501, 1))), VIENNA, date="2026-12-21",
         start="00:00", end="24:00", receivers="points", points=[[0, 0, 0, 0, 0, 1]],

@@ -285,8 +285,8 @@ def write_film(
     def draw(shot: Shot) -> Image.Image:
         own = options if options.caption else replace(options, caption=shot.caption)
         picture = draw_picture(
-            scene, shot.camera, shot.lights, own, warn, is_bare=False, tell=tell
-        )  # fmt: skip
+            scene, shot.camera, shot.lights, own, warn, is_bare=False, is_filed=True, tell=tell
+        )
         frame = Image.fromarray(picture.image)
         if shot.sun is not None:
             _put_compass(frame, shot, shot.sun)

@@ -165,7 +165,7 @@ def _draw_pictures(
     view = scene, lens.make(scene), shining, options
     summary: dict[str, Any] = {}
     if out is not None and kind in VECTORS:
-        drawing = draw_seen(*view, shadows, tell=tell, advance=stages.advance)
+        drawing = draw_seen(*view, shadows, is_filed=True, tell=tell, advance=stages.advance)
         summary = drawing.sum_up()
         lacking = note_missing(options.caption) if kind == "pdf" else ""
         for note in filter(None, (*drawing.notes, lacking)):
@@ -173,7 +173,7 @@ def _draw_pictures(
         drawing.write_beside(beside[out], kind)
     if arrays is not None or kind == "png":
         picture = draw_picture(
-            *view, warn, is_bare=arrays is not None, tell=tell,
+            *view, warn, is_bare=arrays is not None, is_filed=True, tell=tell,
             advance=partial(stages.advance, what=what, unit="samples"),
         )  # fmt: skip
         summary |= picture.sum_up()

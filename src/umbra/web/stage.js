@@ -145,14 +145,15 @@ export class Stage {
     }
     renderer.lines = this.#findLines(state, this.#makeDome(state));
     const now = performance.now(),
-      level = times ? 0 : this.quality.begin(now);
+      dot = window.devicePixelRatio || 1;
+    renderer.hours = times ? app.sunHours.findAll(state, dot * times) : app.sunHours.find(state);
+    // Hours that are still being counted are drawn again soon: one sample will do.
+    const isPassing = renderer.hours !== null && !app.sunHours.isWhole;
+    const level = times ? 0 : Math.max(this.quality.begin(now), Number(isPassing));
     const { samples, scale } = LEVELS[level];
-    const ratio = (window.devicePixelRatio || 1) * (times || scale);
+    const ratio = dot * (times || scale);
     renderer.samples = ratio * ratio * wide * high > MOST_FINE ? 1 : samples;
     renderer.options.pixelRatio = ratio;
-    renderer.hours = times
-      ? app.sunHours.findAll(state, renderer.options.pixelRatio)
-      : app.sunHours.find(state);
     renderer.draw();
     this.quality.watch(renderer.device.gl, level, now);
     this.drawSigns(state, times);

@@ -29,6 +29,7 @@ from umbra.study.timeline import (
     make_point_timeline,
     make_timeline,
 )
+from umbra.sun.clock import say_hours
 from umbra.web.bundle import bundle, read_asset
 from umbra.web.pack import pack_model
 from umbra.web.page import make_policy
@@ -72,6 +73,8 @@ COMMON = ("read", "timeline", "signs")
 PLAN = ("zoom", "areas", "vectors", "plan")
 MODEL = ("camera", "receivers", "turn")
 STAGE = ("tables", "sky", "stage", "main", "live")
+_MANY = 100
+"""Hours that are told without minutes."""
 _WORDS = {
     "plan": {
         "picture": "The receivers of the study. Arrow keys move the point, with Shift ten cells "
@@ -291,7 +294,7 @@ def _sum_up(study: Study) -> list[tuple[str, str]]:
     for (name, unit), values in figures.items():
         low, high = min(values), max(values)
         each = [f"{v:.1f} %" if unit == "%" else _say(v) for v in (low, high)]
-        words = each[0] if each[0] == each[1] else f"{each[0].split()[0]} to {each[1]}"
+        words = each[0] if each[0] == each[1] else f"{each[0]} to {each[1]}"
         if name == UP and high <= 0:
             words = "never"
         told.append((name + (sums if unit == "h" else ""), words))
@@ -303,4 +306,4 @@ def _sum_up(study: Study) -> list[tuple[str, str]]:
 
 def _say(hours: float) -> str:
     """Format hours with readable digits."""
-    return f"{hours:,.0f} h" if hours >= 100 else f"{hours:.3g} h"
+    return f"{hours:,.0f} h" if hours >= _MANY else say_hours(hours)

@@ -39,7 +39,17 @@ const makeAreas = (pen, map, place) => {
       }
     });
     pen.textAlign = "center";
-    list.slice(0, MOST_NAMES).forEach(({ name, spot: [x, y] }) => halo(name, left + x * across, top + y * down, dot));
+    // The chosen area's name first; one that would lie on another is left to the row below the map.
+    const named = list.slice(0, MOST_NAMES), taken = [];
+    if (marked > 0) named.unshift(list[marked]);
+    for (const { name, spot } of named) {
+      const x = left + spot[0] * across, y = top + spot[1] * down;
+      pen.font = `${12 * dot}px system-ui, sans-serif`;
+      const half = pen.measureText(name).width / 2;
+      if (taken.some(([a, b, reach]) => Math.abs(x - a) < half + reach && Math.abs(y - b) < 13 * dot)) continue;
+      taken.push([x, y, half]);
+      halo(name, x, y, dot);
+    }
     pen.textAlign = "start";
   };
 
