@@ -21,6 +21,7 @@ __all__ = [
     "list_few",
     "tell_cut",
     "tell_every",
+    "tell_steps",
 ]
 
 
@@ -97,6 +98,12 @@ def tell_every(options: StudyOptions, finer: FinerHours | None) -> str:
     if finer is None:
         return _space(options.every)
     return f"{finer.seconds / 60:g} min" if finer.seconds >= 60 else f"{finer.seconds:g} s"
+
+
+def tell_steps(study: Study, options: StudyOptions) -> str:
+    """Describe the study's own time step and its tolerance."""
+    half = float(study.period.hours.max()) * 30
+    return f"every {_space(options.every)}, ± {half:.3g} min"
 
 
 def describe_method(

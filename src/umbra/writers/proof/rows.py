@@ -117,11 +117,8 @@ def _tell_one(finding: Finding) -> str:
     outcome = finding.outcome
     if outcome.value is None:
         return f"{outcome.needs[:1].upper()}{outcome.needs[1:]}." if outcome.needs else "."
-    limit = (
-        ""
-        if outcome.limit is None
-        else f" where {tell_amount(outcome.limit, outcome.unit)} is the limit"
-    )
+    # In full: an amount alone does not say of what it is.
+    limit = f" where the rule asks for {outcome.wanted}" if outcome.wanted else ""
     date = f" on {name_date(outcome.date)}" if outcome.date else ""
     if date and outcome.counted:  # a map beside it may show other hours of the day
         date += f", {outcome.counted},"
