@@ -182,6 +182,10 @@ def test_any_date_is_counted_in_part_then_in_full_and_coarsely_in_motion(live):
         start="00:00", end="24:00", receivers="points", points=[[0, 0, 0, 0, 0, 1]],
     )  # fmt: skip
     assert live.ask("umbra.sunHours.most") == pytest.approx(float(study.sun_hours[0]))
+    live.ask("umbra.sunHours.changed = performance.now();"
+             "umbra.set({date: '2026-07-01', interval: [0, 60]})")  # fmt: skip
+    live.wait(WHOLE)  # of a night, with nothing to count
+    assert live.ask("umbra.sunHours.most") == 0
 
 
 def test_the_pointer_tells_hours_and_the_key_names_interval_and_clock(live):

@@ -264,7 +264,8 @@ export class SunHours {
     if (!masks || renderer.isLost) return;
     const fine = this.#begin(),
       isOpen = (/** @type {number} */ k) => !fine.isCounted[k];
-    while (this.queued < QUEUED) {
+    const isDone = () => this.#isCounted && !this.isWhole;
+    while (!isDone() && this.queued < QUEUED) {
       const own = this.wanted.filter(isOpen),
         others = steps.map((_, k) => k).filter(isOpen);
       const size = Math.max(1, Math.min(32, Math.round(MOMENT / this.costs.fine)));
@@ -280,11 +281,10 @@ export class SunHours {
         this.queued -= 1;
         if (this.turn === turn) this.#refine();
       });
-      if (!own.length || own.length > next.length) continue;
-      this.app.redraw(); // which waits for the card as all that it is asked for
-      this.#halt();
-      return;
     }
+    if (!isDone()) return;
+    this.#halt();
+    this.app.redraw(); // the card draws it after what it was given to count
   }
 
   /**
