@@ -239,7 +239,8 @@ def _tell_city(
     from umbra.writers.proof.rows import tell_verdicts  # noqa: PLC0415
 
     notes = [f"note: {note}" for note in study.notes]
-    for line in (*notes, *tell_verdicts(verdicts), *tell_areas(study.run.areas)):
+    told = *tell_verdicts(verdicts), *tell_areas(study.run.areas), *study.tell_hours()
+    for line in (*notes, *told):
         say(line)
     options, neighbours = study.job.options, list_neighbours(study.folder)
     days = len(parse_dates(options.date, options.every_days)) if options.date and neighbours else 1
@@ -251,6 +252,4 @@ def _tell_city(
         )
     if len(neighbours) > _SHOWN:
         say(f"and {len(neighbours) - _SHOWN:,} more neighbours lose sun (--json lists them)")
-    for line in study.tell_hours():
-        say(line)
     return neighbours

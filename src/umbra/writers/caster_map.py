@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -128,7 +129,8 @@ def make_who_sheet(plan: Plan, who: WhoMap, max_hours: float, what: str = "") ->
 def _name_casters(panel: Panel, who: WhoMap, main: NDArray[np.integer]) -> list[int]:
     """Write each caster's name where it fits on it, else its number; return those of numbers."""
     room, keyed = Labels(panel.map_box), []
-    built, style = panel.plan.is_building, {"color": INK, "weight": "bold", "ha": "center"}
+    built = panel.plan.is_building
+    style: dict[str, Any] = {"color": INK, "weight": "bold", "ha": "center"}
     style["va"] = "center_baseline"
     for rank, (name, stands) in enumerate(zip(who.names, who.stands, strict=True)):
         cells = stands if stands.any() else main == rank  # of one that is not seen its shadow
@@ -136,7 +138,7 @@ def _name_casters(panel: Panel, who: WhoMap, main: NDArray[np.integer]) -> list[
         size = measure_text(text, NAME, "bold") + 2 * _AROUND, NAME * LINE
         place = room.find(_find_room(panel, cells, built & ~cells, *size), *size)
         if place is not None:
-            panel.write(*place, text, NAME, halo=HALO, **style)
+            panel.write(float(place[0]), float(place[1]), text, NAME, halo=HALO, **style)
         elif cells.any():
             keyed.append(rank)
     for rank in keyed:
@@ -171,9 +173,10 @@ def _find_room(
     return _list_middles(panel, inside, np.where(share >= 1 - _OVER, share, 0.0))
 
 
-def _sum_boxes(cells: NDArray[np.bool_], box: tuple[int, int]) -> NDArray[np.int64]:
+def _sum_boxes(cells: NDArray[np.bool_], box: tuple[int, int]) -> NDArray[np.integer]:
     """Count the cells in each box of so many rows and columns, by its first row and column."""
-    (rows, cols), whole = box, np.pad(np.cumsum(np.cumsum(cells, 0), 1), ((1, 0), (1, 0)))
+    rows, cols = box
+    whole = np.pad(np.cumsum(np.cumsum(cells.astype(np.int64), 0), 1), ((1, 0), (1, 0)))
     return whole[rows:, cols:] - whole[:-rows, cols:] - whole[rows:, :-cols] + whole[:-rows, :-cols]
 
 

@@ -1,7 +1,6 @@
 """A study's summary in a few numbers, as JSON can hold them."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from umbra.study.compare import LEAST
 from umbra.study.measures import Quantity
 from umbra.sun import find_daylight, name_date
 from umbra.sun.clock import say_hours
+from umbra.writers.folder.taken_sun import TakenSun, name_proposal
 
 __all__ = ["find_worst", "summarise", "tell_answers", "tell_areas", "tell_measure", "tell_sun"]
 
@@ -26,8 +26,6 @@ _MOST_AREAS = 8
 _MOST = 4
 """Casters that a line tells."""
 _TAKEN = ("mean_before", "mean_lost", "most_lost")
-_MOST_NAMES = 2
-"""Most parts of a proposal that are named."""
 
 
 def summarise(study: Study) -> dict[str, Any]:
@@ -187,15 +185,12 @@ def tell_areas(table: AreaTable | None) -> list[str]:
 
 
 def _name_proposal(study: Study, proposed: Sequence[str]) -> tuple[str, str]:
-    """Name the parts of the proposal, if they are few, with the verb that follows."""
+    """Name the proposal, with the verb that follows."""
     scene = study.model.scene
     labels, parts = scene.labels(), scene.select(proposed) if proposed else []
-    names = list(dict.fromkeys(labels[k] for k in parts))
-    if {scene.parts[k].layer for k in parts} == {*proposed}:  # as it was asked for, by its file
-        names = list(proposed)
-    if not 0 < len(names) <= _MOST_NAMES:
-        return "The proposal", "takes"
-    return " and ".join(names), "takes" if len(names) == 1 else "take"
+    return name_proposal(
+        [labels[k] for k in parts], {scene.parts[k].layer for k in parts}, proposed
+    )
 
 
 def _tell_hours(study: Study, taker: tuple[str, str], worst: str = "") -> list[str]:
@@ -249,25 +244,12 @@ def say_share(share: float) -> str:
 
 def _tell_loss(study: Study, taker: tuple[str, str], when: str) -> str:
     """Tell what a proposal takes of all ground that is shown, as tables and maps do."""
-    name, verb = taker
     lost = np.nan_to_num(np.asarray(study.more["hours_lost"][1]))
     *_, counted = study.kind.list_counted(study)
     is_cut = study.kind.is_plan and meets_frame(counted.which & (np.abs(lost) > LEAST))
-    ground = counted.name + " in the frame" * is_cut
-    won = ""
-    if counted.add_up(lost < -LEAST):  # where what the proposal replaces stood in the way
-        lit = replace(counted, which=counted.which & (lost < -LEAST)).tell_whole()
-        won = f"; {lit} win sun, at most {say_hours(-lost[counted.which].min())}"
-    if not counted.add_up(lost > LEAST):
-        return f"{name} {verb} no sun from {ground}{when}{won}"
-    area = replace(counted, which=counted.which & (lost > LEAST)).tell_whole()
-    most = say_hours(lost[counted.which].max())
-    newly = np.asarray(study.more["newly_under"][1]) > 0
-    under = replace(counted, which=counted.which & newly)
-    falls = f"{under.tell_whole()} fall" if under.which.any() else "nothing falls"
-    falls += f" under {study.facts['under_hours']:g} h"
-    falls += "" if len(study.period.days) == 1 else " on at least one date"
-    return f"{name} {verb} sun from {area} of {ground}{when}, at most {most}; {falls}{won}"
+    taken = TakenSun.of(counted, lost, study.more["newly_under"][1], is_cut=is_cut)
+    is_sum, under = len(study.period.days) > 1, float(str(study.facts["under_hours"]))
+    return taken.tell(counted, taker, when, under, is_sum=is_sum)
 
 
 def _find_hours(study: Study) -> dict[str, Any]:
