@@ -38,7 +38,10 @@ def report(tmp_path_factory):
     path = folder / "report.html"
     write_report(
         path, study, plan, [("Tall", folder / "tall.png")],
-        tables=[Table("Many", COLUMNS, rows)],
+        tables=[
+            Table("Many", COLUMNS, rows),
+            Table("Few", ("name", "hours"), [(f"n{k}", float(k)) for k in range(31)]),
+        ],
     )  # fmt: skip
     return path
 
@@ -62,6 +65,28 @@ def test_paper_has_all_rows_columns_and_pictures(page, report, width, height):
     assert page.ask(boxes) == 0  # nothing that scrolls
     page.ask("dispatchEvent(new Event('afterprint'))")
     assert page.ask(f"{rows}.length") == 25
+
+
+def test_a_long_table_of_few_columns_stands_beside_itself_with_its_head(page, report):
+    page.open(report, READY)
+    page.send("Emulation.setEmulatedMedia", media="print")
+    page.resize(round(8.27 * 96), round(11.69 * 96))
+    print_it = "dispatchEvent(new Event('{}print'))"
+    halves = (
+        "[...document.querySelectorAll('.narrow table')].map((t) => [t.tHead.innerText, "
+        "t.tBodies[0].rows.length, t.getBoundingClientRect().left, t.getBoundingClientRect().top])"
+    )
+    for _ in range(2):  # a second time as well
+        page.ask(print_it.format("before"))
+        (head, first, left, top), (again, second, right, beside) = page.ask(halves)
+        assert head == again
+        assert "name" in head
+        assert (first, second) == (16, 15)
+        assert right > left + 100
+        assert beside == top
+        page.ask(print_it.format("after"))
+    ((_, shown, *_),) = page.ask(halves)
+    assert shown == 25
 
 
 def test_a_pdf_holds_the_picture_of_the_plan(page, report):
