@@ -100,8 +100,6 @@ def test_a_year_of_seconds_is_refused_before_any_work(model, tmp_path):
         make_period("2026", "09:00", "17:00", "1s", VIENNESE)
     words = "--date", "2026", "--every", "1s"
     done = run_umbra("study", "none.obj", *VIENNA, *words, "--out", tmp_path)
-        "study", "none.obj", *VIENNA, "--date", "2026", "--every", "1s", "--out", tmp_path
-    )
     assert done.returncode == 2
     assert "10,512,000 suns" in done.stderr
     check_steps(make_steps("2026-01-01", "00:00", "24:00", "16s", "UTC"), 365, "16s")
