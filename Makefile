@@ -99,9 +99,11 @@ WORKERS ?= $(shell $(PYTHON) -c 'import os; print((os.cpu_count() or 1) + 1)')
 test: $(VENV)/.opengl
 	$(PY) -m pytest -n $(WORKERS) --dist loadfile $(ARGS)
 
+BOMBS ?= --bombs
+
 fuzz: $(VENV)/.test
 	$(PY) tests/fuzz/sequences.py --seconds $(or $(SECONDS),60) --seed $(or $(SEED),0)
-	$(PY) tests/fuzz/run.py --bombs --seconds $(or $(SECONDS),60) --seed $(or $(SEED),0) --keep $(OUT)/fuzz
+	$(PY) tests/fuzz/run.py $(BOMBS) --seconds $(or $(SECONDS),60) --seed $(or $(SEED),0) --keep $(OUT)/fuzz
 
 lint: $(VENV)/.lint
 	$(VENV)/bin/ruff check .

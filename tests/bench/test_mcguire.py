@@ -4,7 +4,7 @@ import json
 from dataclasses import replace
 
 import pytest
-from support.bench import run_quick
+from support.bench import once, run_quick
 
 from umbra.errors import UmbraError
 from umbra_benchmarks import mcguire
@@ -20,6 +20,8 @@ def run(*arguments):
 
 @pytest.fixture
 def no_opengl(monkeypatch):
+    monkeypatch.setattr(mcguire, "bench_mcguire", once(mcguire.bench_mcguire))
+
     def refuse(_):
         msg = "there is no OpenGL here"
         raise UmbraError(msg)

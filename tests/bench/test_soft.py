@@ -1,10 +1,8 @@
 """The errors of soft shadows by rays: what they are measured against, and what they say."""
 
-import json
-
 import numpy as np
 import pytest
-from support.bench import run_quick
+from support.bench import run_both
 from support.shapes import sheet
 from support.soft import look_at_floor
 
@@ -13,12 +11,8 @@ from umbra.soft import ball_light
 from umbra_benchmarks.soft import find_share_by_rays, spread_over_disc
 
 
-def run(*arguments):
-    return run_quick("soft", *arguments, "--repeat", "1").stdout
-
-
 def test_errors_are_told_by_scene_and_method():
-    found = json.loads(run("--json"))
+    found, _ = run_both("soft")
     assert (found["benchmark"], found["rays"]) == ("soft", 4096)
     scenes = {each["scene"]: each for each in found["scenes"]}
     assert len(scenes) == 5
@@ -36,7 +30,7 @@ def test_errors_are_told_by_scene_and_method():
 
 
 def test_the_table_has_a_column_for_each_scene():
-    lines = [line for line in run().splitlines() if line.startswith("|")]
+    lines = [line for line in run_both("soft")[1].splitlines() if line.startswith("|")]
     assert len(lines) == 2 + 12
     assert {line.count("|") for line in lines} == {7}
 

@@ -1,23 +1,29 @@
 """The table of soft shadows: that it says what it measured, and how errors are counted."""
 
-import json
-
 import numpy as np
 import pytest
 from PIL import Image
-from support.bench import run_quick
+from support.bench import run_both
 
 from umbra.volume.adjacency import make_caster
 from umbra_benchmarks.scenes import make_ball
 from umbra_benchmarks.weng import find_errors
 
 
-def run(*arguments):
-    return run_quick("weng", *arguments, "--repeat", "1").stdout
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Give where the figures are saved."""
+    return tmp_path_factory.mktemp("weng")
 
 
-def test_one_object_says_times_and_errors():
-    found = json.loads(run("--json", "--threads", "1"))
+@pytest.fixture(scope="module")
+def measured(folder):
+    """Give what was measured once, as JSON and as tables."""
+    return run_both("weng", "--threads", "1", "--pictures", str(folder))
+
+
+def test_one_object_says_times_and_errors(measured):
+    found, _ = measured
     assert (found["benchmark"], found["samples"], found["quick"]) == ("weng", 1024, True)
     assert [row["faces"] for row in found["rows"]] == [12, 48]
     for row in found["rows"]:
@@ -43,8 +49,8 @@ def test_one_object_says_times_and_errors():
     assert found["rows"][1]["paper"] is None
 
 
-def test_a_table_is_for_people():
-    text = run()
+def test_a_table_is_for_people(measured):
+    _, text = measured
     assert "too small to mean anything" in text
     lines = [line for line in text.splitlines() if line.startswith("|")]
     rows, grid = lines[:4], lines[4:]
@@ -53,8 +59,8 @@ def test_a_table_is_for_people():
     assert (len(grid), grid[0].count("gap")) == (2 + 5, 4)
 
 
-def test_figure_15_is_a_grid_of_lengths_and_gaps(tmp_path):
-    cells = json.loads(run("--json", "--pictures", str(tmp_path)))["figure_15"]
+def test_figure_15_is_a_grid_of_lengths_and_gaps(measured, folder):
+    cells = measured[0]["figure_15"]
     assert [(cell["length"], cell["gap"]) for cell in cells[:5]] == [
         (1, 0.1), (1, 0.3), (1, 0.5), (1, 1.0), (2, 0.1),
     ]  # fmt: skip
@@ -65,11 +71,11 @@ def test_figure_15_is_a_grid_of_lengths_and_gaps(tmp_path):
         np.mean([cell["floor"]["l1"] for cell in cells[4 * k : 4 * k + 4]]) for k in range(5)
     ]
     assert sorted(by_length) == by_length
-    with Image.open(tmp_path / "weng_figure_16.png") as sheet:
+    with Image.open(folder / "weng_figure_16.png") as sheet:
         cube = np.array(sheet, np.float64).reshape(3, 72, 2, 96)[:, :, 0]
         hard, layers, by_wedges = cube.mean((1, 2))
         assert layers < by_wedges - 1 < hard  # layers add to the hard shadow and take nothing
-    with Image.open(tmp_path / "weng_figure_15.png") as sheet:
+    with Image.open(folder / "weng_figure_15.png") as sheet:
         assert sheet.size == (4 * 96, 5 * 72)
         shades = np.array(sheet)
     # Denser gaps have more shades.

@@ -1,6 +1,8 @@
 """Films of a camera or a sun that moves."""
 
+import datetime as dt
 import json
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +11,10 @@ from PIL import Image, ImageSequence
 from support.shapes import box
 
 import umbra
+from umbra.calls import film as film_calls
 from umbra.calls.film import FilmOptions, plan_shots
+from umbra.calls.picture import draw_picture
+from umbra.calls.picture_options import RenderOptions
 from umbra.window.view_file import to_json
 from umbra.window.view_state import Viewpoint, make_view
 from umbra.writers.sun_rose import paste_rose
@@ -37,7 +42,8 @@ def test_a_turntable_begins_with_the_camera_s_own_picture(scene, camera, tmp_pat
         assert film.info["duration"] == 200
         assert film.n_frames == 5
     assert len(frames) == 5
-    still = umbra.render(scene, camera, light, style="plain", samples=1, ground=0.0)
+    options = RenderOptions(style="plain", samples=1, ground=0.0)
+    still = draw_picture(scene, camera, [light], options, print, is_bare=False, is_filed=True).image
     assert np.abs(frames[0] - still).mean() < 3  # 256 colours
     assert all(np.abs(one - frames[0]).mean() > 3 for one in frames[1:])
 
@@ -54,6 +60,24 @@ def test_the_sun_goes_from_one_time_to_another(camera):
         level = np.cos(altitude)
         toward = (np.sin(azimuth) * level, np.cos(azimuth) * level, np.sin(altitude))
         assert np.allclose(toward, wanted[:3])
+
+
+def test_python_s_sun_has_the_command_s_times(scene, camera, tmp_path, monkeypatch):
+    planned = []
+    monkeypatch.setattr(film_calls, "write_film", lambda _out, _scene, shots, *_, **__:
+                        planned.append(shots[0].caption))  # fmt: skip
+    run = partial(
+        umbra.film, scene, tmp_path / "a.gif", camera, site=VIENNA, turntable="1s", rate=5
+    )
+    with pytest.warns(UserWarning, match="afternoon, 15:05; at="):
+        run(date=dt.date(2026, 3, 21))
+    run(date="2026-03-21", at="15:05")
+    run(date="2026-03-21", at="altitude:20")
+    run(date="2026-03-21", time_of_day="afternoon")
+    assert planned[0] == planned[1] == planned[3] == "21 March 2026, 15:05 CET"
+    assert planned[2] != planned[0]
+    with pytest.raises(umbra.InputError, match="date="):
+        run(at="15:05")
 
 
 @pytest.mark.parametrize(("north", "azimuth"), [(0.0, 90.0), (-90.0, 180.0), (30.0, 60.0)])
@@ -90,7 +114,7 @@ def test_a_path_goes_through_saved_views(scene, camera, tmp_path):
     ("asked", "option"),
     [({"turntable": "8s", "film": "4s"}, "turntable"), ({"film": "4s"}, "film"),
      ({"turntable": "1h"}, "turntable"), ({"turntable": "soon"}, "turntable"),
-     ({"until": "17:00", "date": "2026-03-21"}, "at"), ({"until": "17:00"}, "until"),
+     ({"until": "17:00", "at": "15:00"}, "date"), ({"until": "17:00"}, "until"),
      ({"until": "23:00", "date": "2026-03-21", "at": "15:00"}, "until"),
      ({"until": "25:00", "date": "2026-03-21", "at": "15:00"}, "until"),
      ({"until": "17:00", "date": "2026-03-21", "at": "9"}, "at"),

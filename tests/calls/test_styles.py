@@ -294,7 +294,9 @@ def test_the_command_writes_the_suns_time_and_tells_the_ground(tmp_path, capsys)
 
     path = save_obj(tmp_path / "tower.obj", {"tower": box((-3, -3, 0), (3, 3, 8))})
     pictures = {}
-    for name, more in (("told", []), ("other", ["--caption", "x"]), ("bare", ["--no-ground"])):
+    runs = {"told": [], "other": ["--caption", "x"], "bare": ["--no-ground"],
+            "plain": ["--style", "plain"]}  # fmt: skip
+    for name, more in runs.items():
         out = tmp_path / f"{name}.png"
         with pytest.raises(SystemExit, match="0"):
             main([
@@ -308,6 +310,19 @@ def test_the_command_writes_the_suns_time_and_tells_the_ground(tmp_path, capsys)
     foot = np.s_[280:, :250]
     assert (pictures["told"][foot] < 80).any()
     assert (pictures["told"][foot] != pictures["other"][foot]).any()
+
+    scene = umbra.read(path, up="z")
+    camera = umbra.make_camera(scene, size=(400, 300))
+    sun = umbra.sun_light(umbra.Site(48.2, 16.37, "Europe/Vienna"), "2026-03-21", "15:00")
+    seen = umbra.render(scene, camera, sun, arrays=True, ground=0.0)
+    on_ground = seen.position[..., 2] == 0.0
+    on_ground[foot] = False
+    lit = seen.lit[0]
+    bright, dark = (pictures["plain"][on_ground & mask].mean() for mask in (lit, ~lit))
+    assert bright > 1.4 * dark  # the shadow falls on the ground of a file
+    image = umbra.render(scene, camera, sun, style="plain", samples=1)
+    bare = umbra.render(scene, camera, sun, style="plain", samples=1, ground=False)
+    np.testing.assert_array_equal(image, bare)  # and Python's image has none
 
 
 def test_lamps_alone_shine_at_night_and_it_is_told():

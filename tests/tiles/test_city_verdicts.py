@@ -137,7 +137,7 @@ def test_the_command_writes_verdicts_and_a_report(city, tmp_path, capsys):
     assert "<b>" not in page
     assert "within 20 m of buildings" in page
     assert "data:image/png;base64," in page
-    lines = [line for line in said["whole"].splitlines() if " in the sun on average" in line]
+    lines = [line for line in said["whole"].splitlines() if " sun reaches " in line]
     assert lines
     assert set(lines) <= set(said["tiles"].splitlines())
 

@@ -7,6 +7,7 @@ import pytest
 
 import umbra
 from umbra.writers.city import overview
+from umbra.writers.folder.summary import tell_answers
 
 CUBE = "f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n"
 SITE = umbra.Site(48.2, 16.4, "Europe/Vienna")
@@ -30,7 +31,8 @@ def run(tmp_path):
         ]
         return umbra.city_study(
             files, SITE, out=tmp_path / "out", proposed=["plan"], tiles="50m",
-            reading={"up": "z"}, **(DAY | options),
+            reading={"up": "z"},
+            **{name: value for name, value in (DAY | options).items() if value is not None},
         )  # fmt: skip
 
     return run
@@ -52,6 +54,23 @@ def test_a_proposal_on_top_of_a_house_is_told_as_in_one_piece(run, tmp_path, x, 
         warnings.simplefilter("always")
         umbra.shadow_study(scene, SITE, proposed=["plan"], **DAY)
     assert told == [str(one.message) for one in warned if "overlaps" in str(one.message)]
+
+
+@pytest.mark.parametrize("options", [
+    {}, {"receivers": "surfaces", "cell": None, "spacing": 2.0},
+    {"date": ["2026-03-21", "2026-12-21"], "under": "6h"},
+    {"date": ["2026-03-21", "2026-12-21"], "by_day": False, "receivers": "top"},
+    {"measure": ["sky_view_factor"], "extent": (-10, -10, 40, 30)},
+])  # fmt: skip
+def test_what_a_proposal_takes_is_told_as_of_one_study(run, tmp_path, options):
+    options = DAY | {"every": "1h"} | options
+    city = run(14.0, **options)
+    options = {name: value for name, value in options.items() if value is not None}
+    scene = umbra.read(tmp_path / "old.obj", f"plan={tmp_path / 'new.obj'}", up="z")
+    whole = umbra.shadow_study(scene, SITE, proposed=["plan"], **options).result
+    told = city.tell_hours()
+    assert told == tell_answers(whole, ["plan"])
+    assert "plan takes " in told[0]
 
 
 def test_shadows_cut_by_the_frame_are_told_unless_it_was_asked_for(run):

@@ -91,7 +91,9 @@ def test_verdicts_tell_the_hours_that_they_count_beside_a_map_of_others(tmp_path
     """A garden has a share of the study's hours, and one of the rule's whole day."""
     study(dates=DATES[:1]).write(tmp_path, rules="bre-209-gardens", report=True)
     page = (tmp_path / "report.html").read_text()
-    assert "on 21 March 2026, sunrise to sunset, where 50.0 % is the limit" in page
+    assert (
+        "on 21 March 2026, sunrise to sunset, where the rule asks for at least 2 h of sun" in page
+    )
     assert "on 21 March 2026 from 08:00 to 17:00" in page
 
 

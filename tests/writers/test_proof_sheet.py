@@ -12,6 +12,7 @@ from umbra.study.replaced import leave_replaced
 from umbra.verdicts.judged_receivers import Gathered
 from umbra.verdicts.outcome import FAIL, PASS
 from umbra.verdicts.sunlight import Model
+from umbra.writers.labels import Labels, list_around
 from umbra.writers.paper import SMALL, Leaf, Paper, measure_text
 from umbra.writers.proof.book import Book, Titles
 from umbra.writers.proof.column import Brief
@@ -19,7 +20,6 @@ from umbra.writers.proof.drawing import Drawing, Line, group_windows
 from umbra.writers.proof.drawing import make_drawing as collect_drawing
 from umbra.writers.proof.flow import Flow, TableOf
 from umbra.writers.proof.key import list_key
-from umbra.writers.proof.labels import Labels, list_around
 from umbra.writers.proof.paper_sheets import draw_sheets
 from umbra.writers.proof.pen import draw_plan
 

@@ -158,3 +158,19 @@ def test_a_map_of_points_is_titled_by_its_measure():
     (quantity,) = options.quantities
     assert name == f"{quantity.name}.png"
     assert [title.endswith(quantity.long_name) for title in titles] == [True]
+
+
+def test_maps_of_what_a_proposal_takes_of_a_measure_outline_it():
+    drawn = {}
+    painter = SimpleNamespace(draw_measure=lambda path, plan, *_: drawn.update({path.stem: plan}))
+    options = StudyOptions(
+        measure="sky_view_factor", proposed="tower", ground=0.0, cell=2.0, sky_directions=64,
+        extent=(-24, -8, 16, 16),
+    )  # fmt: skip
+    scene = parts(old=box((-20, 0, 0), (-10, 10, 9)), tower=box((0, 0, 0), (8, 8, 20)))
+    study = run(scene, SITE, options)
+    draw_measures(FolderJob(study, Path(), Outputs(), options, painter, lambda _: None))
+    assert drawn["sky_view_factor"].proposed is None
+    plan = drawn["sky_view_factor_lost"]
+    x, y = np.meshgrid(plan.x, plan.y)
+    np.testing.assert_array_equal(plan.proposed, (x > 0) & (x < 8) & (y > 0) & (y < 8))

@@ -123,13 +123,18 @@ class CityStudy:
         return judge_city(self.job, rules)
 
     def tell_hours(self) -> list[str]:
-        """Tell the hours of sun of each date, of what area they are, and each measure."""
-        from umbra.writers.city.city_figures import find_figures, tell_city_hours  # noqa: PLC0415
+        """Tell what a proposal takes, the sun of each date, of what area, and each measure."""
+        from umbra.writers.city.city_figures import (  # noqa: PLC0415
+            find_figures,
+            name_taker,
+            tell_city_hours,
+        )
         from umbra.writers.city.city_measures import tell_city_measures  # noqa: PLC0415
 
-        figures = find_figures(self.folder)
-        hours = tell_city_hours(figures, self.job.open().period)
-        return [*hours, *tell_city_measures(figures, self.job.options.quantities)]
+        figures, context = find_figures(self.folder), self.job.open()
+        taker = name_taker(context)
+        measures = tell_city_measures(figures, self.job.options.quantities, taker)
+        return [*tell_city_hours(figures, context), *measures]
 
     def write_told(
         self,

@@ -61,7 +61,7 @@ def color_page(
     else:
         reached = [np.array([[mask[k] for _, mask in wanted]]) for k in range(count)]
         linear = find_colors(flat, frame, lights, reached, openness=openness, sky=sky)[0]
-    if not style.is_plain:
+    if style.has_backdrop:
         linear[frame.part[0] == GROUND] *= np.array(PAPER) / GROUND_COLOR
     colors: list[Any] = [tuple(rgb) for rgb in encode_srgb(linear).tolist()]
     return Page(
@@ -174,9 +174,7 @@ def _find_sky(
 ) -> list[tuple[float, tuple[int, int, int]]]:
     """Return the colours behind the model at evenly spaced heights of the picture."""
     shares = np.linspace(0.0, 1.0, _STOPS)
-    if style.is_plain:
-        linear = shares[:, None] * (np.array(sky.horizon) - sky.zenith) + sky.zenith
-    else:
+    if style.has_backdrop:
         rows = camera.size[1]
         nothing = np.full((rows, 1), NOTHING, np.int32)
         places = np.full((rows, 1, 3), np.nan)
@@ -185,6 +183,8 @@ def _find_sky(
             np.zeros((rows, 1, 3)), VisibleSurface(places, places, nothing), line
         )
         linear = behind[np.round(shares * (rows - 1)).astype(np.intp), 0]
+    else:
+        linear = shares[:, None] * (np.array(sky.horizon) - sky.zenith) + sky.zenith
     return [
         (share, tuple(rgb))
         for share, rgb in zip(shares.tolist(), encode_srgb(linear).tolist(), strict=True)

@@ -210,6 +210,7 @@ def draw_picture(
     casters: list[int] | None = None,
     *,
     is_bare: bool = True,
+    is_filed: bool = False,
     tell: Warn = lambda _line: None,
     advance: Callable[[int, int], object] = lambda _done, _of: None,
 ) -> Picture:
@@ -228,6 +229,8 @@ def draw_picture(
         Indices of the parts that cast; from the options by default.
     is_bare : bool
         Whether the picture is of the surfaces that the arrays hold, and no others.
+    is_filed : bool
+        Whether it is written to a file, where plain pictures have a ground, too.
     tell : callable
         Called with a line on each assumption.
     advance : callable
@@ -251,7 +254,7 @@ def draw_picture(
     device, said = find_device(options.device), _WarnOnce(warn)
     if casters is None and (options.cast or options.no_cast):
         casters = scene.select(options.cast, options.no_cast)
-    style = choose_style(options.style, scene, is_bare=is_bare)
+    style = choose_style(options.style, scene, is_bare=is_bare, is_filed=is_filed)
     if not (style.is_plain or is_bare):
         options = options.soften(shining)
     sized = size_lights(shining, options.light_size) if options.is_soft else []  # type: ignore[arg-type]
@@ -267,7 +270,7 @@ def draw_picture(
         _warn_of_view(scene, camera, frame, threads, warn, is_assumed=options.ground is None)
         shadows = PictureLights(
             counter, expose_lights(shining, style), sized, options, style,
-            None if style.is_plain and not options.transparent else backdrop,
+            backdrop if style.has_backdrop or options.transparent else None,
             LineFinder(scene) if style.has_lines else None, sky,
         )  # fmt: skip
         layers = shadows.find_layers(view, frame, camera)

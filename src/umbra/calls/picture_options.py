@@ -100,14 +100,15 @@ class DrawingOptions(Options):
     cast: Sequence[str] = _study("cast")
     no_cast: Sequence[str] = _study("no_cast")
     ground: Given[float | str | Path | bool | None, float | str | bool | None] = _ground(
-        more="False: none. Plain pictures and arrays have none by default.", heading="Style",
+        more="False: none. By default files have one, and of `umbra.render` no arrays and no plain "
+        "image.", heading="Style",
         passes=(False,),
     )  # fmt: skip
     style: str = _looks(
         "choice",
         "architectural: pale, with lines, a ground, and ambient occlusion; material: "
-        "the model's colours, without lines; plain: surfaces and shadows alone. auto: material for "
-        "models with textures or gloss, plain with arrays.",
+        "the model's colours, without lines; plain: surfaces, shadows and, in files, a ground. "
+        "auto: material for models with textures or gloss, plain with arrays.",
         default="auto", choices=("auto", "architectural", "material", "plain"),
     )  # fmt: skip
     transparent: bool = _looks("flag", "Leave the background out (PNG with alpha).", default=False)

@@ -24,6 +24,7 @@ __all__ = [
 ]
 
 _NEAR, _FAR = 0.8, 3.0  # from the model's centre, where the ground begins and ends to fade [radii]
+_SHADOW = 2.0  # length of a shadow that does not fade, of the model's height
 _HIGH = 0.5  # sine of the altitude at which the sky has its full colour
 
 
@@ -44,8 +45,13 @@ class Style:
 
     @property
     def is_plain(self) -> bool:
-        """Whether nothing is added."""
-        return self == Style()
+        """Whether nothing is added but a ground."""
+        return replace(self, has_ground=False) == Style()
+
+    @property
+    def has_backdrop(self) -> bool:
+        """Whether the ground is of paper and fades into a sky with a horizon."""
+        return self.has_ground or not self.is_plain
 
 
 STYLES = {
@@ -56,16 +62,17 @@ STYLES = {
 """By the names that ``style=`` takes."""
 
 
-def choose_style(name: str, scene: Scene, *, is_bare: bool) -> Style:
+def choose_style(name: str, scene: Scene, *, is_bare: bool, is_filed: bool = False) -> Style:
     """
     Return a style by its name; ``'auto'`` is chosen by the model.
 
     A bare picture, whose arrays are asked for, is plain by default, and gets no ground of its own:
-    it shows what the arrays hold.
+    it shows what the arrays hold. A plain picture has a ground only if it is written to a file.
     """
     if name == "auto":
         name = "plain" if is_bare else "material" if has_looks(scene) else "architectural"
-    return replace(STYLES[name], has_ground=STYLES[name].has_ground and not is_bare)
+    style = STYLES[name]
+    return replace(style, has_ground=(style.has_ground or is_filed) and not is_bare)
 
 
 def find_sky(lights: Sequence[Light], style: Style, tell: Callable[[str], object]) -> Sky:
@@ -96,9 +103,10 @@ class Backdrop:
 
     @cached_property
     def _circle(self) -> tuple[NDArray[np.float64], float]:
-        """Return the model's centre in plan and its radius [m]."""
-        low, high = self.scene.model_bounds()[:, :2]
-        return (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 1e-9)
+        """Return the model's centre in plan and its radius, or that of a tall one's shadow [m]."""
+        low, high = self.scene.model_bounds()
+        middle, (*plan, height) = (low + high) / 2, high - low
+        return middle[:2], max(float(np.linalg.norm(plan)) / 2, _SHADOW * float(height), 1e-9)
 
     def color(
         self, linear: NDArray[np.float64], frame: VisibleSurface, camera: Camera

@@ -169,6 +169,7 @@ def draw_seen(
     options: DrawingOptions,
     shadows: str = "solid",
     *,
+    is_filed: bool = False,
     tell: Callable[[str], object] = lambda _line: None,
     advance: Advance = lambda *_told: None,
 ) -> VectorDrawing:
@@ -180,7 +181,7 @@ def draw_seen(
     _check(scene, options)
     shining = list(lights) or find_own_lights(scene, camera, is_bare=False)
     _check_cones(shining)
-    style = choose_style(options.style, scene, is_bare=False)
+    style = choose_style(options.style, scene, is_bare=False, is_filed=is_filed)
     scene, ground = choose_ground(scene, options, style, tell)
     casters = scene.select(options.cast, options.no_cast)
     seen = see_model(scene, camera, shining, casters, ground, advance)

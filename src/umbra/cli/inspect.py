@@ -47,8 +47,8 @@ def command(files: tuple[str, ...], shows_all: bool, as_json: bool) -> None:
     bounds = scene.bounds()
     size = bounds[1] - bounds[0]
     echo(
-        f"{len(inspection.parts)} parts, {inspection.total.triangles} triangles, "
-        f"{inspection.vertices} vertices"
+        f"{len(inspection.parts):,} parts, {inspection.total.triangles:,} triangles, "
+        f"{inspection.vertices:,} vertices"
     )
     echo(
         f"{size[0]:.2f} x {size[1]:.2f} x {size[2]:.2f} m, from "
@@ -58,6 +58,7 @@ def command(files: tuple[str, ...], shows_all: bool, as_json: bool) -> None:
     )
     crs = show_crs(scene.crs or "no CRS")
     if scene.latitude is not None and scene.longitude is not None:
+        crs = crs if scene.crs else f"{crs}, but the file says where it is"
         location = f"latitude {scene.latitude:.5f}°, longitude {scene.longitude:.5f}°"
         if scene.elevation is not None:
             datum = "ellipsoid (WGS 84), not the sea" if scene.is_ellipsoidal else "sea"
@@ -87,7 +88,7 @@ def command(files: tuple[str, ...], shows_all: bool, as_json: bool) -> None:
 
 def _why_open(result: dict) -> str:
     reasons = [
-        f"{result[key]} {words if result[key] != 1 else words.replace(many, many[:-1])}"
+        f"{result[key]:,} {words if result[key] != 1 else words.replace(many, many[:-1])}"
         for key, many, words in (
             ("border_edges", "edges", "border edges"),
             ("nonmanifold_edges", "edges", "edges with more than two faces"),
@@ -101,7 +102,7 @@ def _why_open(result: dict) -> str:
     if result["first_bad_edge"]:
         ends = (", ".join(f"{v:.3f}" for v in end) for end in result["first_bad_edge"])
         text += f" (first: {' to '.join(ends)})"
-    return text
+    return f"{text}; shadows are exact all the same"
 
 
 def _list_words(what: str, words: Sequence[Sequence[str]], parts: list[dict], most: int) -> None:

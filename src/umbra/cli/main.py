@@ -149,7 +149,7 @@ def doctor(as_json: bool) -> None:
     cache = report["cache"]
     echo(
         f"cache {cache['folder']}, {cache['files']} files, {cache['bytes'] / 1e6:.1f} MB of at "
-        f"most {cache['limit'] / 1e6:.0f} (remove it to clear it; UMBRA_CACHE names another)"
+        f"most {cache['limit'] / 1e6:.0f} MB (remove it to clear it; UMBRA_CACHE names another)"
     )
     for offer in report["added"]:
         fault = f"; not used: {offer['reason']}" if offer["reason"] else ""

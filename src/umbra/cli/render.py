@@ -11,7 +11,7 @@ import click
 
 from umbra.calls.camera_options import CameraOptions
 from umbra.calls.film import FILMS, FilmOptions, check_film, find_held, plan_shots, write_film
-from umbra.calls.light_options import ASSUMED, LightOptions
+from umbra.calls.light_options import LightOptions
 from umbra.calls.picture_options import VECTORS, RenderOptions, ShadowOptions
 from umbra.cli.click_options import NewPath, SectionedCommand, record_options, take_record
 from umbra.cli.reading import (
@@ -165,7 +165,7 @@ def _draw_pictures(
     view = scene, lens.make(scene), shining, options
     summary: dict[str, Any] = {}
     if out is not None and kind in VECTORS:
-        drawing = draw_seen(*view, shadows, tell=tell, advance=stages.advance)
+        drawing = draw_seen(*view, shadows, is_filed=True, tell=tell, advance=stages.advance)
         summary = drawing.sum_up()
         lacking = note_missing(options.caption) if kind == "pdf" else ""
         for note in filter(None, (*drawing.notes, lacking)):
@@ -173,7 +173,7 @@ def _draw_pictures(
         drawing.write_beside(beside[out], kind)
     if arrays is not None or kind == "png":
         picture = draw_picture(
-            *view, warn, is_bare=arrays is not None, tell=tell,
+            *view, warn, is_bare=arrays is not None, is_filed=True, tell=tell,
             advance=partial(stages.advance, what=what, unit="samples"),
         )  # fmt: skip
         summary |= picture.sum_up()
@@ -191,7 +191,7 @@ def _settle(lights: LightOptions, find_site: Callable[[], Any], tell: Say) -> Li
     """Find the sun's clock time; tell the one that is assumed."""
     settled = lights.settle(find_site)
     if lights.assumes_time:
-        tell(f"note: the sun is that of the {ASSUMED}, {settled.at}; at= sets another time")
+        tell(f"note: {settled.tell_assumed()}")
     return settled
 
 

@@ -242,6 +242,8 @@ def _write(
 
 def _tell(views: "list[SkyView]", stems: list[str], dates: tuple[str, ...]) -> None:
     """Print the results for a person."""
+    from umbra.sun import name_date  # noqa: PLC0415
+
     for view, stem in zip(views, stems, strict=True):
         point = ", ".join(f"{value:g}" for value in view.point)
         echo(
@@ -253,6 +255,6 @@ def _tell(views: "list[SkyView]", stems: list[str], dates: tuple[str, ...]) -> N
                 echo(f"  {100 * share:5.1f} % of the open sky component behind {name}")
         for spell in view.sun(dates) if dates else ():
             echo(
-                f"  {spell.date} sun from {spell.start:%H:%M:%S} (out of {spell.out_of}) to "
-                f"{spell.end:%H:%M:%S} (behind {spell.behind})"
+                f"  {name_date(spell.date)}: sun from {spell.start:%H:%M:%S} (from behind "
+                f"{spell.out_of}) to {spell.end:%H:%M:%S} (goes behind {spell.behind})"
             )

@@ -134,7 +134,9 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
                 "umbra: warning: the sun is below the horizon all this time; "
                 "there are no hours of sun or shadow"
             )
-        first, more, failures = fill_folder(study, unfinished, outputs, options, painter, say)
+        first, more, verdicts, failures = fill_folder(
+            study, unfinished, outputs, options, painter, say
+        )
         write_options(unfinished / OPTIONS_FILE, click.get_current_context())
     written = [out / name for name in (*first, OPTIONS_FILE, *more)]
     note_earlier(written, say)
@@ -143,7 +145,7 @@ def command(files: tuple[str, ...], out: Path, quiet: bool, as_json: bool, **giv
     elif not quiet:
         for path in written:
             echo_path(path)
-        for line in tell_answers(study, options.proposed):
+        for line in (*verdicts, *tell_answers(study, options.proposed)):
             say(line)
     raise_failures(failures, say)
 
@@ -237,7 +239,8 @@ def _tell_city(
     from umbra.writers.proof.rows import tell_verdicts  # noqa: PLC0415
 
     notes = [f"note: {note}" for note in study.notes]
-    for line in (*notes, *tell_verdicts(verdicts), *tell_areas(study.run.areas)):
+    told = *tell_verdicts(verdicts), *tell_areas(study.run.areas), *study.tell_hours()
+    for line in (*notes, *told):
         say(line)
     options, neighbours = study.job.options, list_neighbours(study.folder)
     days = len(parse_dates(options.date, options.every_days)) if options.date and neighbours else 1
@@ -249,6 +252,4 @@ def _tell_city(
         )
     if len(neighbours) > _SHOWN:
         say(f"and {len(neighbours) - _SHOWN:,} more neighbours lose sun (--json lists them)")
-    for line in study.tell_hours():
-        say(line)
     return neighbours

@@ -17,7 +17,8 @@ __all__ = ["LATTICE", "Ring", "intersect", "subtract", "unite"]
 
 LATTICE = 2.0**-14
 """Corners lie on multiples of this [pixels]."""
-_THIN = 2.0**-9  # mean width of rings that are left out: rounding between neighbours [pixels]
+_THIN = 2.0**-9  # mean width of rings that may be rounding between neighbours [pixels]
+_UNSEEN = 2.0**-7  # radius of the largest disc in a ring that is left out [pixels]
 
 Ring = NDArray[np.float64]
 
@@ -50,12 +51,22 @@ def _overlay(subject: Sequence[Ring], others: Sequence[Ring], kind: str) -> list
     if len(others):
         clipper.addPaths(list(others), pyclipr.Clip, False)
     rings = clipper.execute(getattr(pyclipr, kind), pyclipr.FillRule.NonZero)
-    return [ring for ring in rings if not _is_thin(ring)]
+    return [ring for ring in rings if not (_is_thin(ring) and _is_unseen(ring))]
+
+
+def _is_unseen(ring: Ring) -> bool:
+    """Return whether no disc that could be seen has room: a needle's end may be wide enough."""
+    import pyclipr  # noqa: PLC0415  (an extra)
+
+    offset = pyclipr.ClipperOffset()
+    offset.scaleFactor = round(1 / LATTICE)
+    offset.addPath(ring, pyclipr.JoinType.Miter, pyclipr.EndType.Polygon)
+    return not offset.execute(-_UNSEEN)
 
 
 @kernel
 def _is_thin(ring):
-    """Return whether a ring is narrower than can be seen: twice its area by its length."""
+    """Return whether the mean width of a ring, twice its area by its length, is next to nothing."""
     area = length = 0.0
     n = ring.shape[0]
     for k in range(n):

@@ -252,7 +252,7 @@ class ReceiverKind:
     has_roofs: ClassVar[bool] = False
     tables: ClassVar[dict[str, str]] = {}
     takes: ClassVar[tuple[str, ...]] = ()
-    what_counts: ClassVar[str] = "all that is seen of the model, as it is seen"
+    what_counts: ClassVar[str] = "surfaces in view, measured in the picture's plane"
     area_of: ClassVar[str] = " of what is seen"
 
     def lay_out(self, request: Request) -> Receivers:

@@ -272,7 +272,8 @@ class GroundPlane(PlanKind):
 
     def describe_receivers(self, study: Any) -> str:
         """Describe the ground plane."""
-        return f"the level ground at z = {study.ground:.6g} m, including under buildings"
+        level = f"the level ground at z = {study.ground:.6g} m"
+        return f"{level}; figures leave out what lies under buildings"
 
     def find_open(self, study: Any) -> NDArray[np.bool_]:
         """Find the cells under no roof."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, cast
 
 import numpy as np
@@ -15,7 +16,9 @@ from umbra.study.loop import make_tile_run
 from umbra.study.result import Study
 from umbra.sun import find_sun
 
-__all__ = ["LONGEST", "FinerHours", "count_finer", "find_most_work", "find_work"]
+__all__ = [
+    "LONGEST", "FinerHours", "can_count_casters", "count_finer", "find_most_work", "find_work",
+]  # fmt: skip
 
 LONGEST = 1600
 """Cells along the longer side: more than a picture's map has pixels."""
@@ -25,6 +28,8 @@ PIXEL = 20
 """Work per sun and pixel of a view, relative to that per cell of a plan. Measured."""
 FREE = 1_000_000_000
 """Work that is always allowed: up to half a second of one core, less than drawing takes."""
+CASTERS = 4 * FREE
+"""Work that is allowed to tell casters apart, who are only counted one by one if asked for."""
 LEAST = 60_000_000
 """Least length of a cut step [us]."""
 
@@ -71,10 +76,37 @@ class FinerHours:
         lost : (rows, cols) float32
             NaN where nothing receives.
         """
-        before = self.tile.with_casters(others)
-        run = make_tile_run(before, None).behind_land(self.period)
-        hidden = add_up(run.counters[0], before.shape, self.lights)[0]
-        return cast("NDArray[np.float32]", self.shadow_hours - hidden)
+        return cast("NDArray[np.float32]", self.shadow_hours - self._count_hidden(others))
+
+    def find_cast(self, parts: Sequence[int]) -> NDArray[np.float32]:
+        """
+        Count the hours in the shadow of some parts, as if they stood alone.
+
+        As ``cast_hours`` of a study, without those of surfaces that face away from the sun.
+
+        Parameters
+        ----------
+        parts : sequence of int
+
+        Returns
+        -------
+        hours : (rows, cols) float32
+            NaN where nothing receives.
+        """
+        hours = np.maximum(self._count_hidden(parts) - self._attached, np.float32(0))
+        hours[self.tile.nothing] = np.nan
+        return hours
+
+    @cached_property
+    def _attached(self) -> NDArray[np.float32]:
+        """Hours that are dark without any caster: of surfaces turned away, and behind the land."""
+        return self._count_hidden(())
+
+    def _count_hidden(self, casters: Sequence[int]) -> NDArray[np.float32]:
+        """Count the hours without sun if only some parts cast."""
+        tile = self.tile.with_casters(list(casters))
+        run = make_tile_run(tile, None).behind_land(self.period)
+        return add_up(run.counters[0], tile.shape, self.lights)[0]
 
 
 def count_finer(
@@ -144,6 +176,14 @@ _OTHERWISE = {"exact_tolerance_seconds", "canopy_transmissivity", "sun_disc_deg"
 """Attributes of studies whose hours are no sums of steps of a point sun through solids."""
 
 
+def can_count_casters(study: Study, finer: Sequence[FinerHours], casters: int) -> bool:
+    """Return whether some dates' shadows of single casters may be counted in finer steps."""
+    suns = sum(len(one.lights) for one in finer)
+    work = find_work(study, study.grid, suns)
+    work += (casters - 1) * suns * study.grid.rows * study.grid.cols * _weigh(study)
+    return work <= CASTERS
+
+
 def find_most_work(study: Study, pictures: int = 1) -> float:
     """Return the work that a picture of a study may take: the study's own, or what is free."""
     own = find_work(study, study.grid, int(study.period.sun.is_up.sum()))
@@ -153,7 +193,12 @@ def find_most_work(study: Study, pictures: int = 1) -> float:
 def find_work(study: Study, grid: Grid, suns: int) -> int:
     """Return the work of counting some suns on a raster."""
     cells = grid.rows * grid.cols + FACE * len(study.model.caster.faces)
-    return suns * cells * (1 if study.is_plan else PIXEL)
+    return suns * cells * _weigh(study)
+
+
+def _weigh(study: Study) -> int:
+    """Return the work of a cell, relative to one of a plan."""
+    return 1 if study.is_plan else PIXEL
 
 
 def _choose_parts(period: Period, most: int) -> int:

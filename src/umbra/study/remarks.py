@@ -16,6 +16,7 @@ from umbra.scene import Scene, Triangles
 from umbra.study.options import StudyOptions
 from umbra.study.replaced import leave_replaced
 from umbra.sun import Site, parse_dates
+from umbra.sun.clock import say_hours
 from umbra.sun.date_words import tell_skipped
 
 __all__ = [
@@ -136,7 +137,8 @@ def tell_long_shadows(sides: Iterable[NDArray[np.float32]]) -> list[str]:
         return []
     note = (
         f"the plan holds shadows up to {LONGEST_SHADOW:g} times as long as the model is high; "
-        f"longer ones are cut at its edge, where they last up to {most:.1f} h; extent= shows more"
+        f"longer ones are cut at its edge, where they last up to {say_hours(most)}; "
+        "extent= shows more"
     )
     return [note]
 

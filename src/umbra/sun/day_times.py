@@ -19,6 +19,7 @@ import numpy as np
 from umbra.errors import InputError, check_type
 from umbra.scene import Light, directional_light
 from umbra.sun.clock import parse_duration
+from umbra.sun.date_words import name_date
 from umbra.sun.local_time import find_instant, parse_date
 from umbra.sun.position import Daylight, find_daylight, find_sun
 from umbra.sun.site import Site
@@ -242,8 +243,8 @@ def sun_light(site: Site, date: str | dt.date, time: str | dt.time | None = None
     path = find_sun(site, [_find_moment(site, day, time, "time")])
     if not path.is_up[0]:
         msg = (
-            f"the sun is {-path.altitude[0]:.1f}° below the horizon on {day} at {time} "
-            f"({site.zone}); choose another time"
+            f"the sun is {-path.altitude[0]:.1f}° below the horizon on {name_date(day)} at {time} "
+            f"({site.zone}); choose another time, or for a night lamps without a date"
         )
         raise InputError(msg, altitude=float(path.altitude[0]))
     return directional_light(path.direction[0])

@@ -1,9 +1,9 @@
 // The hours of sun of an interval, in the picture: coarsely while things change, then in full.
 //
-// A change of the view, the date or the parts counts few pixels and as many instants as the card
-// counts in a moment. At rest the interval's instants are counted at each pixel, in batches that
-// leave the page responsive, and then those of the rest of the day: an interval that changes needs
-// no new volumes.
+// While the view moves, few pixels and as many instants are counted as the card counts in a moment.
+// At rest the interval's instants are counted at each pixel: some of them, evenly spread, are shown
+// at once, and the others follow in batches that leave the page responsive. Then come those of the
+// rest of the day: an interval that changes needs no new volumes.
 
 import { findInstant } from "./clock.js";
 import { findSteps, findWithin, spread, STEP } from "./steps.js";
@@ -11,8 +11,10 @@ import { SunMasks } from "./sun_masks.js";
 
 const COARSE = 1 / 3; // pixels along an edge while things change
 const MOMENT = 100; // that a coarse count, or a batch, may take [ms]
-const LEAST = 4; // instants of a coarse count
-const REST = 200; // from the last change to the full count [ms]
+const LEAST = 4; // instants that are shown first
+const MOVING = 500; // changes that follow each other so soon are a motion [ms]
+const REST = 200; // from the last change of a motion to the full count [ms]
+const QUEUED = 2; // batches that the card is given at a time, so that it waits for none
 const LOOK = 5; // between looks whether a batch is counted [ms]
 
 /** @typedef {import('./hour_pass.js').HourLayer} HourLayer */
@@ -26,14 +28,21 @@ export class SunHours {
     /** @type {{coarse: SunMasks, fine: SunMasks} | null} */
     this.masks = null;
     this.key = "";
+    /** the view and the interval that are shown; "": none */
+    this.asked = "";
+    /** when they last changed [ms] */
+    this.changed = -Infinity;
+    this.isMoving = false;
     /** what the full masks were begun for */
     this.begun = "";
-    /** which instants the shown sums hold */
-    this.summed = "";
-    this.cost = 20; // of an instant in a coarse count [ms]
-    this.batch = 4;
+    /** whether what is shown is counted at each pixel and instant */
+    this.isWhole = false;
+    /** of an instant [ms] */
+    this.costs = { coarse: 20, fine: 25 };
     this.timer = 0;
-    this.looking = 0;
+    /** batches that are not counted yet, and when the last one was [ms] */
+    this.queued = 0;
+    this.done = 0;
     /** number of the full count: an older one ends */
     this.turn = 0;
     this.date = "";
@@ -49,11 +58,6 @@ export class SunHours {
     return this.app.stage.renderer;
   }
 
-  /** Whether what is shown is counted at each pixel and instant. */
-  get isWhole() {
-    return this.layer !== null && this.layer.masks === this.masks?.fine;
-  }
-
   /** Hours of the interval with the sun up [h]. */
   get most() {
     return (this.wanted.length * STEP) / 60;
@@ -66,32 +70,91 @@ export class SunHours {
    */
   find(state) {
     if (!this.#prepare(state) || !this.masks) return null;
-    const key = this.#tellView(state);
-    if (key !== this.key) {
-      this.key = key;
-      this.summed = this.begun = "";
-      this.#plan(REST);
-    }
-    const { fine, coarse } = this.masks,
-      sums = `${this.wanted[0]} ${this.wanted.length}`;
-    const isWhole = this.begun === key && this.wanted.every((k) => fine.isCounted[k]);
-    if (this.summed === `${sums} ${isWhole}`) return this.layer;
-    this.summed = `${sums} ${isWhole}`;
-    if (isWhole) {
-      this.layer = this.#sum(fine, this.wanted);
-      return this.layer;
-    }
-    this.#plan(REST);
-    const batch = spread(this.wanted, Math.max(LEAST, Math.floor(MOMENT / this.cost)));
+    const { fine } = this.masks,
+      key = this.#tellView(state),
+      asked = `${key} ${this.wanted[0]} ${this.wanted.length}`,
+      isNew = asked !== this.asked;
+    if (isNew) this.#note(asked, key);
+    else if (this.#isCounted === this.isWhole) return this.layer;
+    this.isWhole = this.#isCounted;
+    if (this.isWhole) this.layer = this.#sum(fine, this.wanted);
+    else if (this.isMoving && this.begun !== key) this.layer = this.#countCoarsely();
+    else this.layer = this.#countSome();
+    this.#plan(this.isMoving || this.isWhole ? REST : 0);
+    return this.layer;
+  }
+
+  /** Whether all instants that are asked for are counted at each pixel. */
+  get #isCounted() {
+    const { begun, key, masks, wanted } = this;
+    return begun === key && wanted.every((k) => masks?.fine.isCounted[k]);
+  }
+
+  /**
+   * Note that something else is asked for than before, and whether it moves.
+   * @param {string} asked @param {string} key
+   */
+  #note(asked, key) {
+    const now = performance.now(),
+      camera = JSON.stringify(this.renderer.camera);
+    const hasTurned = this.asked !== "" && camera !== this.camera;
+    this.isMoving = hasTurned || now - this.changed < MOVING;
+    Object.assign(this, { asked, camera, key, changed: now });
+  }
+
+  camera = "";
+
+  /**
+   * Some of the interval's instants, evenly spread: as many as are counted in a moment.
+   * @param {'coarse' | 'fine'} how
+   */
+  #choose(how) {
+    return spread(this.wanted, Math.max(LEAST, Math.floor(MOMENT / this.costs[how])));
+  }
+
+  /** Count some instants at few pixels. */
+  #countCoarsely() {
+    const { coarse } = /** @type {{coarse: SunMasks}} */ (this.masks),
+      some = this.#choose("coarse");
     coarse.begin(
       COARSE * (window.devicePixelRatio || 1),
-      batch.map((k) => this.steps[k].direction),
+      some.map((k) => this.steps[k].direction),
     );
     const begun = performance.now();
-    batch.forEach((_, at) => coarse.count(at));
-    this.#await(() => (this.cost = (performance.now() - begun) / Math.max(batch.length, 1)));
-    this.layer = this.#sum(coarse, [...batch.keys()]);
-    return this.layer;
+    some.forEach((_, at) => coarse.count(at));
+    this.#await(() => (this.costs.coarse = (performance.now() - begun) / Math.max(some.length, 1)));
+    return this.#sum(coarse, [...some.keys()]);
+  }
+
+  /** Count some instants at each pixel, and draw them, or all if they are counted. */
+  #countSome() {
+    const { fine, some } = this.#countChosen();
+    this.isWhole = this.#isCounted;
+    return this.#sum(fine, this.isWhole ? this.wanted : some);
+  }
+
+  #countChosen() {
+    const fine = this.#begin(),
+      some = this.#choose("fine");
+    for (const k of some) if (!fine.isCounted[k]) fine.count(k);
+    return { fine, some };
+  }
+
+  /** The masks of all pixels, begun for the view. */
+  #begin() {
+    const { fine } = /** @type {{fine: SunMasks}} */ (this.masks);
+    if (this.begun !== this.key) fine.begin(window.devicePixelRatio || 1, this.#directions());
+    this.begun = this.key;
+    return fine;
+  }
+
+  /** Count the first instants before hours are asked for: a pointer is at what asks for them. */
+  expect() {
+    const state = { ...this.app.state, hasSunHours: true };
+    if (this.app.state.hasSunHours || !this.#prepare(state)) return;
+    this.key = this.#tellView(state);
+    this.#countChosen();
+    this.renderer.device.gl.flush();
   }
 
   /**
@@ -104,10 +167,11 @@ export class SunHours {
     if (!this.#prepare(state) || !this.masks) return null;
     const { fine } = this.masks;
     this.#halt();
-    this.key = this.begun = this.summed = ""; // the picture's masks are not the page's
+    this.asked = this.begun = ""; // the picture's masks are not the page's
     fine.begin(ratio, this.#directions());
     for (const k of this.wanted) fine.count(k);
     this.layer = this.#sum(fine, this.wanted);
+    this.isWhole = true;
     return this.layer;
   }
 
@@ -148,7 +212,7 @@ export class SunHours {
     }
     if (this.masks?.fine.device !== renderer.device) {
       this.masks = { coarse: new SunMasks(renderer, true), fine: new SunMasks(renderer, false) };
-      this.key = "";
+      this.asked = this.begun = "";
     }
     if (this.date !== state.date) {
       this.date = state.date;
@@ -194,29 +258,33 @@ export class SunHours {
     this.timer = setTimeout(() => this.#refine(), delay);
   }
 
-  /** Count a batch of instants at each pixel: the interval's first, evenly spread. */
+  /** Count batches of instants at each pixel: the interval's first, evenly spread. */
   #refine() {
-    const { masks, renderer, steps, key, turn } = this;
+    const { masks, renderer, steps, turn } = this;
     if (!masks || renderer.isLost) return;
-    const { fine } = masks;
-    if (this.begun !== key) {
-      fine.begin(window.devicePixelRatio || 1, this.#directions());
-      this.begun = key;
+    const fine = this.#begin(),
+      isOpen = (/** @type {number} */ k) => !fine.isCounted[k];
+    while (this.queued < QUEUED) {
+      const own = this.wanted.filter(isOpen),
+        others = steps.map((_, k) => k).filter(isOpen);
+      const size = Math.max(1, Math.min(32, Math.round(MOMENT / this.costs.fine)));
+      const next = spread(own.length ? own : others, size);
+      if (!next.length) return;
+      const asked = performance.now();
+      this.queued += 1;
+      for (const k of next) fine.count(k);
+      this.#await(() => {
+        const now = performance.now();
+        this.costs.fine = (now - Math.max(asked, this.done)) / next.length;
+        this.done = now;
+        this.queued -= 1;
+        if (this.turn === turn) this.#refine();
+      });
+      if (!own.length || own.length > next.length) continue;
+      this.app.redraw(); // which waits for the card as all that it is asked for
+      this.#halt();
+      return;
     }
-    const isOpen = (/** @type {number} */ k) => !fine.isCounted[k];
-    const own = this.wanted.filter(isOpen),
-      others = steps.map((_, k) => k).filter(isOpen);
-    const next = spread(own.length ? own : others, this.batch);
-    if (!next.length) return;
-    const begun = performance.now();
-    for (const k of next) fine.count(k);
-    this.#await(() => {
-      const cost = (performance.now() - begun) / next.length;
-      this.batch = Math.max(1, Math.min(32, Math.round(MOMENT / cost)));
-      if (this.turn !== turn) return;
-      if (own.length && own.length === next.length) this.app.redraw();
-      this.#refine();
-    });
   }
 
   /**
@@ -226,16 +294,16 @@ export class SunHours {
   #await(act) {
     const { gl } = this.renderer.device,
       fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
-    if (!fence) return;
+    if (!fence) return act(); // the context is lost
     gl.flush();
     const look = () => {
-      if (gl.clientWaitSync(fence, 0, 0) === gl.TIMEOUT_EXPIRED) this.looking = setTimeout(look, LOOK);
+      if (gl.clientWaitSync(fence, 0, 0) === gl.TIMEOUT_EXPIRED) setTimeout(look, LOOK);
       else {
         gl.deleteSync(fence);
         act();
       }
     };
-    this.looking = setTimeout(look, LOOK);
+    setTimeout(look, LOOK);
   }
 
   #halt() {
@@ -247,6 +315,7 @@ export class SunHours {
   stop() {
     this.#halt();
     this.layer = null;
-    this.key = this.summed = "";
+    this.asked = "";
+    this.isWhole = false;
   }
 }

@@ -202,15 +202,20 @@ def draw_swatches(
     title: list[str],
     remark: str = "",
     swatches: Sequence[Swatch] = (),
+    spacing: float = 0.72,
 ) -> None:
-    """Draw named sRGB colours (n, 3) in the sheet's key box; else as ``draw_color_bar``."""
+    """
+    Draw named sRGB colours (n, 3) in the sheet's key box; else as ``draw_color_bar``.
+
+    In a wide key they stand ``spacing`` apart [inch].
+    """
     x, y, w, _ = sheet.key_box
     top = _draw_title(sheet, title, remark, swatches)
     if sheet.is_wide:
-        per_row = max(1, int(w / 0.72))
-        per_row = -(-len(labels) // -(-len(labels) // per_row))  # rows of even length
+        per_row = max(1, int(w / spacing))
+        per_row = -(-len(labels) // max(-(-len(labels) // per_row), 1))  # rows of even length
         places = [
-            (x + 0.72 * (n % per_row), top - 0.4 - 0.22 * (n // per_row))
+            (x + spacing * (n % per_row), top - 0.4 - 0.22 * (n // per_row))
             for n in range(len(labels))
         ]
     else:
@@ -218,7 +223,7 @@ def draw_swatches(
         room = top - y - sum(swatch.measure(w) for swatch in swatches)
         pitch = min(0.23, room / max(len(labels), 1))
         places = [(x, top - pitch * n) for n in range(len(labels))]
-        _draw_foot(sheet, places[-1][1], remark, swatches)
+        _draw_foot(sheet, places[-1][1] if places else top + 0.23, remark, swatches)
     sheet.fill([_find_corners(a, b, 0.22, 0.14) for a, b in places], colors, RULE)
     for (a, b), label in zip(places, labels, strict=True):
         sheet.write(a + 0.29, b + 0.07, label, SMALL, va="center_baseline")

@@ -347,7 +347,7 @@ def _list_parts(
                 _OTHER,
             )
         )
-    chart.write(x, y, "Takes of the open sky component", SMALL, weight="bold")
+    chart.write(x, y, "Open sky component taken by", SMALL, weight="bold")
     wide = (_WIDE if columns == 2 else _LEGEND) / columns
     room = int((wide - 0.72) / _LETTER)
     at = y - 0.2

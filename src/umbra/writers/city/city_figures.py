@@ -12,13 +12,15 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.lights import Period
 from umbra.receivers.counted import NEAR, Counted, find_near, reach_from_centres
 from umbra.receivers.plan import PlanKind
+from umbra.study.accumulators.attribution import AttributionOptions
+from umbra.study.compare import LEAST
 from umbra.sun import name_date
-from umbra.sun.clock import say_hours
 from umbra.tiles.city_lattice import CityTile
 from umbra.tiles.count import lay_out_window
+from umbra.tiles.job import WorkerContext
+from umbra.tiles.matched_parts import find_matching
 from umbra.tiles.neighbourhood import Neighbourhood
 from umbra.writers.city.city_plan import CityPlan
 from umbra.writers.city.city_surfaces import CitySurfaces
@@ -30,14 +32,17 @@ from umbra.writers.city.store_window import (
     read_stored_array,
 )
 from umbra.writers.folder.month_maps import BY_MONTH, make_month_row
+from umbra.writers.folder.summary import tell_sun
+from umbra.writers.folder.taken_sun import TakenSun, name_proposal
 
 __all__ = [
     "CityFigures", "PlanFigures", "SurfaceFigures", "find_figures", "list_city_months",
-    "tell_city_hours",
+    "name_taker", "tell_city_hours",
 ]  # fmt: skip
 
 _SAMPLES = 4_000_000  # that are read at a time
 _SUN = "sun_hours"
+_TAKEN = "hours_lost", "newly_under"
 _NEVER = 1e-4  # hours that are none [h]
 _MOST_DATES = 8
 
@@ -55,6 +60,9 @@ class CityFigures(Protocol):
     def read(self, name: str) -> Iterator[tuple[NDArray, NDArray[np.float64] | float]]:
         """Yield a variable's values (..., n) of what counts, with the area of each [m2]."""
 
+    def find_taken(self, ending: str) -> list[TakenSun]:
+        """Return the sun that a proposal takes of all receivers, on each date or in sums."""
+
 
 class PlanFigures:
     """
@@ -71,6 +79,7 @@ class PlanFigures:
         self._grid = plan.job.lattice.grid
         self._cell = self._grid.dx * self._grid.dy
         self._which: dict[int, NDArray[np.uint8]] = {}
+        self._open: dict[int, NDArray[np.uint8]] = {}
         self.counted = self._find()
 
     def _find(self) -> Counted | None:
@@ -93,9 +102,11 @@ class PlanFigures:
             sides = [near[:, 0], near[:, -1]]
             sides += [near[0]] * (strip.start == 0) + [near[-1]] * (strip.stop == rows)
             is_cut = is_cut or any(bool(side.any()) for side in sides)
-            near &= np.unpackbits(is_open[strip], axis=1, count=cols).astype(np.bool_)
+            shown = np.unpackbits(is_open[strip], axis=1, count=cols).astype(np.bool_)
             for tile in tiles:
-                which = near[:, tile.cols] & np.isfinite(result.read(result.counted, tile))
+                own = shown[:, tile.cols] & np.isfinite(result.read(result.counted, tile))
+                self._open[tile.number] = np.packbits(own, axis=1)
+                which = near[:, tile.cols] & own
                 self._which[tile.number] = np.packbits(which, axis=1)
                 count += int(which.sum())
         if not count:
@@ -152,11 +163,38 @@ class PlanFigures:
     def read(self, name: str) -> Iterator[tuple[NDArray, float]]:
         """Yield a variable's values (..., n) of what counts, with the area of each [m2]."""
         for tile in self._result.find_done():
-            cols = tile.cols.stop - tile.cols.start
-            bits = self._which[tile.number]
-            which = np.unpackbits(bits, axis=1, count=cols).astype(np.bool_)
+            which = _unpack(self._which[tile.number], tile)
             if which.any():
                 yield self._result.read(name, tile)[..., which], self._cell
+
+    def find_taken(self, ending: str) -> list[TakenSun]:
+        """Return the sun that a proposal takes of all receivers, on each date or in sums."""
+        result = self._result
+        (rows, cols), dates = (len(result.y), len(result.x)), list[list[TakenSun]]()
+        for tile in result.find_done():
+            which = _unpack(self._open[tile.number], tile)
+            counted = Counted(which, np.broadcast_to(np.float64(self._cell), which.shape), "m²", "")
+            lost, newly = (
+                result.read(f"{name}{ending}", tile).reshape(-1, *which.shape) for name in _TAKEN
+            )
+            for day, (hours, missed) in enumerate(zip(lost, newly, strict=True)):
+                cells = which & (np.abs(np.nan_to_num(hours)) > LEAST)
+                ends = (
+                    (tile.rows.start == 0, cells[0]),
+                    (tile.rows.stop == rows, cells[-1]),
+                    (tile.cols.start == 0, cells[:, 0]),
+                    (tile.cols.stop == cols, cells[:, -1]),
+                )
+                is_cut = any(is_end and bool(side.any()) for is_end, side in ends)
+                if day == len(dates):
+                    dates.append([])
+                dates[day].append(TakenSun.of(counted, hours, missed, is_cut=is_cut))
+        return [TakenSun.join(parts) for parts in dates]
+
+
+def _unpack(bits: NDArray[np.uint8], tile: StoredTile) -> NDArray[np.bool_]:
+    """Return the cells of a tile, (rows, cols), of eight to a byte."""
+    return np.unpackbits(bits, axis=1, count=tile.cols.stop - tile.cols.start).astype(np.bool_)
 
 
 def _list_strips(result: CityResult) -> Iterator[list[StoredTile]]:
@@ -194,6 +232,19 @@ class SurfaceFigures:
             areas = read_stored_array(group, "area", span).astype(np.float64)
             yield read_stored_array(group, name, (..., span)), areas
 
+    def find_taken(self, ending: str) -> list[TakenSun]:
+        """Return the sun that a proposal takes of all receivers, on each date or in sums."""
+        dates = list[list[TakenSun]]()
+        both = (self.read(f"{name}{ending}") for name in _TAKEN)
+        for (lost, areas), (newly, _) in zip(*both, strict=True):
+            counted = Counted(np.ones(len(areas), np.bool_), areas, "m²", "")
+            for day, hours in enumerate(lost.reshape(-1, len(areas))):
+                if day == len(dates):
+                    dates.append([])
+                missed = newly.reshape(-1, len(areas))[day]
+                dates[day].append(TakenSun.of(counted, hours, missed))
+        return [TakenSun.join(parts) for parts in dates]
+
 
 def find_figures(folder: Path) -> CityFigures | None:
     """Return what counts of the study in a folder; None if no run has described a plan there."""
@@ -203,38 +254,54 @@ def find_figures(folder: Path) -> CityFigures | None:
     return None if plan is None else PlanFigures(plan)
 
 
-def tell_city_hours(figures: CityFigures | None, period: Period) -> list[str]:
+def name_taker(context: WorkerContext) -> tuple[str, str]:
+    """Name a city's proposal, with the verb that follows."""
+    labels, layers, catalogue = list[str](), set[str](), context.catalogue
+    proposed = context.job.options.proposed
+    for file in catalogue.files:
+        new = np.flatnonzero(find_matching(file, proposed)).tolist()
+        if new:
+            names = catalogue.label_parts(file)
+            labels += [names[part] for part in new]
+            layers.add(file.layer)
+    return name_proposal(labels, layers, proposed)
+
+
+def tell_city_hours(figures: CityFigures | None, context: WorkerContext) -> list[str]:
     """
-    Tell the hours of sun of each date, or of all, and of what area they are.
+    Tell what a proposal takes, and the hours of sun, of each date or of all; and of what area.
 
     As ``tell_answers`` tells them of one study.
     """
-    counted = None if figures is None else figures.counted
+    counted, period = None if figures is None else figures.counted, context.period
     if figures is None or counted is None or not figures.holds(_SUN):
         return []
     by_day = figures.holds(f"{_SUN}_by_day")
+    ending = "_by_day" * by_day
     up = period.up_hours_by_day if by_day else np.array([period.up_hours_by_day.sum()])
     total, dark, area = np.zeros(len(up)), np.zeros(len(up)), 0.0
-    for values, areas in figures.read(f"{_SUN}_by_day" if by_day else _SUN):
+    for values, areas in figures.read(f"{_SUN}{ending}"):
         sun = values.reshape(len(up), -1).astype(np.float64)
         total += (sun * areas).sum(1)
         dark += ((sun <= _NEVER) * areas).sum(1)
         area += float(np.broadcast_to(areas, sun.shape[-1:]).sum())
-    days = period.days
-    dates = [f"sum of {len(days)} dates"] if len(up) < len(days) else [name_date(d) for d in days]
-    what = f"{counted.what.replace(', ', ' ')} ({counted.tell_whole()})"
-    lines = []
-    for date, whole, sun, none in zip(dates, up.tolist(), total / area, dark / area, strict=True):
-        if whole > 0:
-            share = f" ({100 * sun / whole:.3g} % of the possible)" if len(up) < len(days) else ""
-            lines.append(
-                f"{date}: {what}: {say_hours(sun)} of {say_hours(whole)} in the sun on average"
-                f"{share}; {100 * none:.3g} % without sun"
-            )
-    if len(lines) > _MOST_DATES:
-        more = len(lines) - _MOST_DATES
-        lines = [*lines[:_MOST_DATES], f"and {more} more dates, in the store"]
-    return lines
+    days, is_sum = period.days, len(up) < len(period.days)
+    dates = [f"sum of {len(days)} dates"] if is_sum else [name_date(day) for day in days]
+    lines = [
+        [tell_sun(date, counted, sun, whole, none, is_sum=is_sum)] if whole > 0 else []
+        for date, whole, sun, none in zip(dates, up.tolist(), total / area, dark / area)
+    ]
+    if figures.holds(_TAKEN[0]):
+        taker, under = name_taker(context), AttributionOptions.read_limit(context.job.options)
+        for date, told, taken in zip(dates, lines, figures.find_taken(ending), strict=True):
+            when = f" ({date})" if is_sum else f" on {date}"
+            if told:
+                told.insert(0, taken.tell(counted, taker, when, under, is_sum=is_sum))
+    shown = [told for told in lines if told]
+    answers = [line for told in shown[:_MOST_DATES] for line in told]
+    if len(shown) > _MOST_DATES:
+        answers.append(f"and {len(shown) - _MOST_DATES} more dates, in the store")
+    return answers
 
 
 def list_city_months(figures: CityFigures, months: Months | None) -> list[dict[str, Any]]:

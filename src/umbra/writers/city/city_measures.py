@@ -59,8 +59,14 @@ def _add_up(
     return area, {f"mean{ending}": mean, f"least{ending}": least, f"most{ending}": most}
 
 
-def tell_city_measures(figures: CityFigures | None, quantities: Sequence[Quantity]) -> list[str]:
-    """Tell each measure in a sentence, as ``tell_answers`` does of one study."""
+def tell_city_measures(
+    figures: CityFigures | None, quantities: Sequence[Quantity], taker: tuple[str, str]
+) -> list[str]:
+    """
+    Tell each measure in a sentence, as ``tell_answers`` does of one study.
+
+    ``taker`` names the proposal, with the verb that follows.
+    """
     if figures is None or figures.counted is None:
         return []
     counted = figures.counted
@@ -68,7 +74,7 @@ def tell_city_measures(figures: CityFigures | None, quantities: Sequence[Quantit
     for one, area, told in find_city_measures(figures, quantities):
         of = counted.of_weight(area)
         compared = counted.of_weight(told.get("compared", area))
-        lines.append(tell_measure(one, told, counted, of, compared))
+        lines.append(tell_measure(one, told, counted, of, compared, taker))
     return lines
 
 

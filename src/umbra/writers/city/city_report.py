@@ -18,6 +18,7 @@ from umbra.web.page import make_policy
 from umbra.writers.city.city_figures import (
     find_figures,
     list_city_months,
+    name_taker,
     tell_city_hours,
 )
 from umbra.writers.city.city_map import make_city_map
@@ -97,9 +98,9 @@ def write_city_report(folder: Path, told: CityTold) -> Path:
     has_map = plan is not None and plan.result.has_hours
     tables = [_link(table, numbers) if has_map else table for table in told.tables]
     named = lay_out_area_table(told.areas, is_on_map=has_map)
-    of_areas, of_all = tell_areas(told.areas), tell_city_hours(figures, period)
+    of_areas, of_all = tell_areas(told.areas), tell_city_hours(figures, told.job.open())
     quantities = told.job.options.quantities
-    of_all += tell_city_measures(figures, quantities)
+    of_all += tell_city_measures(figures, quantities, name_taker(told.job.open()))
     answers = [*of_all, *of_areas] if tables else [*of_areas, *of_all]
     first, others = make_answers(tables, answers)
     measures = lay_out_city_measures(figures, quantities, of)

@@ -236,6 +236,7 @@ class FolderJob:
     painter: "Painter"
     say: "Callable[[str], object]"  # called with each line that the user should read
     only: str | None = None  # the one picture that is drawn: 'hours' or 'profile'
+    verdicts: list[str] = field(default_factory=list)  # a sentence on each rule
     failures: list[InputError] = field(default_factory=list)  # of outputs of packages
     kept: dict[Any, Any] = field(default_factory=dict, repr=False)  # what several files show
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from umbra.study import FinerHours, Study, StudyOptions
 from umbra.study.measures import Measure, guard
+from umbra.sun.clock import say_hours
 from umbra.writers.folder import FolderJob
 from umbra.writers.picture_content import Plan
 
@@ -20,6 +21,7 @@ __all__ = [
     "list_few",
     "tell_cut",
     "tell_every",
+    "tell_steps",
 ]
 
 
@@ -80,7 +82,7 @@ def tell_cut(study: Any, *, shows_hours: bool = True) -> str:
     if not round(most, 3) > 0:  # of hours in float32
         return ""
     is_told = shows_hours and len(study.period.days) == 1
-    told = f", where they last up to {most:.3g} h" if is_told else ""
+    told = f", where they last up to {say_hours(most)}" if is_told else ""
     return f"the frame cuts shadows{told}"
 
 
@@ -96,6 +98,12 @@ def tell_every(options: StudyOptions, finer: FinerHours | None) -> str:
     if finer is None:
         return _space(options.every)
     return f"{finer.seconds / 60:g} min" if finer.seconds >= 60 else f"{finer.seconds:g} s"
+
+
+def tell_steps(study: Study, options: StudyOptions) -> str:
+    """Describe the study's own time step and its tolerance."""
+    half = float(study.period.hours.max()) * 30
+    return f"every {_space(options.every)}, ± {half:.3g} min"
 
 
 def describe_method(

@@ -49,12 +49,15 @@ def draw_measures(job: FolderJob, plan: Plan | None = None) -> list[str]:
             continue
         days = _list_days(job, measure)
         plan = _describe(job, measure, days, preview, plan)
-        for one, values in drawn:
-            plan = replace(plan, title=name_picture(job, days, one.long_name))
+        for one, values, is_lost in drawn:
+            own = replace(plan, title=name_picture(job, days, one.long_name))
+            if is_lost and plan.proposed is None:
+                new = preview.find_cells(job.scene.select(job.options.proposed))
+                own = replace(own, proposed=new)
             shown = values if values.shape == plan.shape else resample(values, plan.shape)
             names.append(f"{one.name}.png")
             path, end = job.folder / names[-1], find_end(one, values)
-            job.painter.draw_measure(path, plan, shown, one, end)
+            job.painter.draw_measure(path, own, shown, one, end)
     return names
 
 
@@ -78,25 +81,28 @@ def _describe(
     return replace(drawn, appearance=appearance)
 
 
-def _list_drawn(job: FolderJob, measure: Measure) -> list[tuple[Quantity, NDArray[np.float32]]]:
-    """List a measure's maps, with those of what a proposal takes where it takes any."""
-    found: list[tuple[Quantity, NDArray[np.float32]]] = []
+def _list_drawn(
+    job: FolderJob, measure: Measure
+) -> list[tuple[Quantity, NDArray[np.float32], bool]]:
+    """List a measure's maps, and whether each is of what a proposal takes, where it takes any."""
+    found: list[tuple[Quantity, NDArray[np.float32], bool]] = []
     more = job.study.more
     for one in guard(measure, lambda: measure.quantities):
         if not one.is_drawn:
             continue
         values = np.asarray(more[one.name][1], np.float32)
         if one.per:
-            found += _pick(one, values, np.asarray(more[one.per][1]).tolist())
+            each = _pick(one, values, np.asarray(more[one.per][1]).tolist())
+            found += [(of_caster, own, False) for of_caster, own in each]
             continue
         if not np.nanmax(np.abs(values), initial=0.0) > 0:
             job.say(f"note: {one.name} is 0 everywhere; it has no map")
             continue
-        found.append((one, values))
+        found.append((one, values, False))
         lost = more.get(f"{one.name}_lost")
         if lost is not None and np.nanmax(lost[1], initial=0.0) > 0:
             of_loss = one.of_loss(list_few(job.options.proposed))
-            found.append((of_loss, np.asarray(lost[1], np.float32)))
+            found.append((of_loss, np.asarray(lost[1], np.float32), True))
     return found
 
 
@@ -124,7 +130,7 @@ def _draw_points(job: FolderJob) -> list[str]:
             continue
         days = _list_days(job, measure)
         plan = add_context(job, lay_out_points(job, [measure]))
-        for one, values in drawn:
+        for one, values, _ in drawn:
             plan = replace(plan, title=name_points(job, days, one.long_name))
             names.append(f"{one.name}.png")
             path, end, places = job.folder / names[-1], find_end(one, values), job.study.places

@@ -1,7 +1,6 @@
 """A study's summary in a few numbers, as JSON can hold them."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,19 +12,20 @@ from umbra.study.compare import LEAST
 from umbra.study.measures import Quantity
 from umbra.sun import find_daylight, name_date
 from umbra.sun.clock import say_hours
+from umbra.writers.folder.taken_sun import TakenSun, name_proposal
 
-__all__ = ["find_worst", "summarise", "tell_answers", "tell_areas", "tell_measure"]
+__all__ = ["find_worst", "summarise", "tell_answers", "tell_areas", "tell_measure", "tell_sun"]
 
 _MOST_DATES = 8
 _NEVER = 1e-4  # hours that are none [h]
 
+_LEAST_SHARE = 5e-4
+"""The least share that has a decimal of a percent."""
 _MOST_AREAS = 8
 """Lines that tell of named areas."""
 _MOST = 4
 """Casters that a line tells."""
 _TAKEN = ("mean_before", "mean_lost", "most_lost")
-_MOST_NAMES = 2
-"""Most parts of a proposal that are named."""
 
 
 def summarise(study: Study) -> dict[str, Any]:
@@ -185,15 +185,12 @@ def tell_areas(table: AreaTable | None) -> list[str]:
 
 
 def _name_proposal(study: Study, proposed: Sequence[str]) -> tuple[str, str]:
-    """Name the parts of the proposal, if they are few, with the verb that follows."""
+    """Name the proposal, with the verb that follows."""
     scene = study.model.scene
     labels, parts = scene.labels(), scene.select(proposed) if proposed else []
-    names = list(dict.fromkeys(labels[k] for k in parts))
-    if {scene.parts[k].layer for k in parts} == {*proposed}:  # as it was asked for, by its file
-        names = list(proposed)
-    if not 0 < len(names) <= _MOST_NAMES:
-        return "The proposal", "takes"
-    return " and ".join(names), "takes" if len(names) == 1 else "take"
+    return name_proposal(
+        [labels[k] for k in parts], {scene.parts[k].layer for k in parts}, proposed
+    )
 
 
 def _tell_hours(study: Study, taker: tuple[str, str], worst: str = "") -> list[str]:
@@ -205,44 +202,54 @@ def _tell_hours(study: Study, taker: tuple[str, str], worst: str = "") -> list[s
     counted = study.kind.find_counted(study)
     if counted is None or not counted.whole or not study.up_hours > 0:
         return []
-    what = f"{counted.what.replace(', ', ' ')} ({counted.tell_whole()})"
-    mean, whole = (say_hours(h) for h in (counted.average(study.sun_hours), study.up_hours))
-    never = 100 * counted.add_up(study.sun_hours <= _NEVER) / counted.whole
+    never = counted.add_up(study.sun_hours <= _NEVER) / counted.whole
     days = study.period.days
     date = name_dates(study)
     has_losses = "hours_lost" in study.more
-    prefix = f"{date}{'' if has_losses else worst}: " if date else ""
-    possible = 100 * counted.average(study.sun_hours) / study.up_hours
-    share = f" ({possible:.3g} % of the possible)" if len(days) > 1 else ""
-    left = f"{prefix}{what}: {mean} of {whole} in the sun on average{share}; "
-    left += f"{never:.3g} % without sun"
+    prefix = f"{date}{'' if has_losses else worst}" if date else ""
+    left = tell_sun(
+        prefix, counted, counted.average(study.sun_hours), study.up_hours, never,
+        is_sum=len(days) > 1,
+    )  # fmt: skip
     if not has_losses:
         return [left]
     when = f" on {date}{worst}" if len(days) == 1 else f" ({date})" if date else ""
     return [_tell_loss(study, taker, when), left]
 
 
+def tell_sun(
+    date: str, counted: Counted, mean: float, whole: float, never: float, *, is_sum: bool
+) -> str:
+    """
+    Tell the mean hours of sun of what counts, of the hours with the sun up, on a date or in sums.
+
+    ``never`` is the share without any [0..1].
+    """
+    prefix = f"{date[0].upper()}{date[1:]}: the" if is_sum else f"On {date} the" if date else "The"
+    what = counted.what.replace(", ", " ")
+    what = counted.tell_whole() if what == counted.unit else f"{what} ({counted.tell_whole()})"
+    share = f" ({100 * mean / whole:.3g} % of the possible)" if is_sum else ""
+    told = f"{prefix} sun reaches {what} for {say_hours(mean)} of {say_hours(whole)} on average"
+    return f"{told}{share}, and {say_share(never)} never"
+
+
+def say_share(share: float) -> str:
+    """Format a share [0..1] in percent with one decimal; only none is 0 %, and only all 100 %."""
+    if share in {0, 1}:
+        return f"{100 * share:.0f} %"
+    if min(share, 1 - share) < _LEAST_SHARE:
+        return "under 0.1 %" if share < _LEAST_SHARE else "over 99.9 %"
+    return f"{100 * share:.1f} %"
+
+
 def _tell_loss(study: Study, taker: tuple[str, str], when: str) -> str:
     """Tell what a proposal takes of all ground that is shown, as tables and maps do."""
-    name, verb = taker
     lost = np.nan_to_num(np.asarray(study.more["hours_lost"][1]))
     *_, counted = study.kind.list_counted(study)
     is_cut = study.kind.is_plan and meets_frame(counted.which & (np.abs(lost) > LEAST))
-    ground = counted.name + " in the frame" * is_cut
-    won = ""
-    if counted.add_up(lost < -LEAST):  # where what the proposal replaces stood in the way
-        lit = replace(counted, which=counted.which & (lost < -LEAST)).tell_whole()
-        won = f"; {lit} win sun, at most {say_hours(-lost[counted.which].min())}"
-    if not counted.add_up(lost > LEAST):
-        return f"{name} {verb} no sun from {ground}{when}{won}"
-    area = replace(counted, which=counted.which & (lost > LEAST)).tell_whole()
-    most = say_hours(lost[counted.which].max())
-    newly = np.asarray(study.more["newly_under"][1]) > 0
-    under = replace(counted, which=counted.which & newly)
-    falls = f"{under.tell_whole()} fall" if under.which.any() else "nothing falls"
-    falls += f" under {study.facts['under_hours']:g} h"
-    falls += "" if len(study.period.days) == 1 else " on at least one date"
-    return f"{name} {verb} sun from {area} of {ground}{when}, at most {most}; {falls}{won}"
+    taken = TakenSun.of(counted, lost, study.more["newly_under"][1], is_cut=is_cut)
+    is_sum, under = len(study.period.days) > 1, float(str(study.facts["under_hours"]))
+    return taken.tell(counted, taker, when, under, is_sum=is_sum)
 
 
 def _find_hours(study: Study) -> dict[str, Any]:

@@ -62,7 +62,7 @@ def write_study(
     from umbra.writers.painter import Painter  # noqa: PLC0415  (it starts a child)
 
     with replace_results(folder, say) as unfinished, Painter(outputs.endings) as painter:
-        first, more, failures = fill_folder(study, unfinished, outputs, options, painter, say)
+        first, more, _, failures = fill_folder(study, unfinished, outputs, options, painter, say)
     return [Path(folder) / name for name in (*first, *more)], failures
 
 
@@ -162,12 +162,13 @@ def fill_folder(
     options: StudyOptions,
     painter: "Painter",
     say: Say,
-) -> tuple[list[str], list[str], list[InputError]]:
+) -> tuple[list[str], list[str], list[str], list[InputError]]:
     """
     Write a study's files into an unfinished folder; pictures are complete when the painter ends.
 
     Returns two lists of names, of the result and the pictures in every ending and of further files;
-    and the failures of packages' outputs, for ``raise_failures`` when the folder is complete.
+    a sentence on each rule; and the failures of packages' outputs, for ``raise_failures`` when the
+    folder is complete.
     """
     job = FolderJob(study, folder, outputs, options, painter, say)
     for name in ("device_note", "opaque_rule"):
@@ -182,7 +183,7 @@ def fill_folder(
             say(f"note: {lacking}")
     pictures, more = _fill_raster(job) if study.kind.is_raster else _fill_points(job)
     drawn = [str(Path(name).with_suffix(f".{e}")) for name in pictures for e in outputs.endings]
-    return [RESULT, *drawn], more, job.failures
+    return [RESULT, *drawn], more, job.verdicts, job.failures
 
 
 def _fill_raster(job: FolderJob) -> tuple[list[str], list[str]]:
@@ -313,6 +314,7 @@ def _write_files(job: FolderJob, plan: "Plan | None" = None) -> list[str]:
         _note_standing(tables[0].pins, job.say)
         _note_area(job)
     if outputs.rules:
+        job.verdicts.extend(table.answer or table.title for table in tables)
         names.append(VERDICTS)
     if outputs.report and plan is not None:
         from umbra.writers.folder.reporting import write_job_report  # noqa: PLC0415

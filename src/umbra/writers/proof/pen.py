@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.writers.labels import Labels, list_around
 from umbra.writers.paper import INK, QUIET, RULE, SMALL, Paper, measure_text, wrap
 from umbra.writers.proof.drawing import (
     BOUNDARY,
@@ -19,7 +20,6 @@ from umbra.writers.proof.drawing import (
     Spot,
     group_windows,
 )
-from umbra.writers.proof.labels import Labels, list_around
 
 __all__ = ["draw_plan", "find_scale", "fit", "fit_name"]
 

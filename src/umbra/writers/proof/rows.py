@@ -101,11 +101,12 @@ def tell_reason(verdict: RuleVerdict) -> str:
     whole = len(findings)
     again = len({(finding.check, finding.where) for finding in findings}) < whole
     and_dates = " and dates" if again and noun != "receiver" else ""
-    sentence = f"{counts[PASS]:,} of {whole:,} {noun}s{and_dates} pass"
+    ends = ("passes" if counts[PASS] == 1 else "pass", "fails" if counts[FAIL] == 1 else "fail")
+    sentence = f"{counts[PASS]:,} of {whole:,} {noun}s{and_dates} {ends[0]}"
     if counts[FAIL]:
-        sentence += f", {counts[FAIL]:,} fail"
+        sentence += f", {counts[FAIL]:,} {ends[1]}"
     if counts[UNKNOWN]:
-        sentence += f", {counts[UNKNOWN]:,} are unknown"
+        sentence += f", {counts[UNKNOWN]:,} {'is' if counts[UNKNOWN] == 1 else 'are'} unknown"
     judged = [finding for finding in findings if finding.verdict == verdict.verdict]
     shown = min(judged, key=lambda finding: finding.outcome.slack)
     word = {FAIL: "worst", PASS: "nearest to the limit", UNKNOWN: "such as"}[verdict.verdict]
@@ -116,11 +117,8 @@ def _tell_one(finding: Finding) -> str:
     outcome = finding.outcome
     if outcome.value is None:
         return f"{outcome.needs[:1].upper()}{outcome.needs[1:]}." if outcome.needs else "."
-    limit = (
-        ""
-        if outcome.limit is None
-        else f" where {tell_amount(outcome.limit, outcome.unit)} is the limit"
-    )
+    # In full: an amount alone does not say of what it is.
+    limit = f" where the rule asks for {outcome.wanted}" if outcome.wanted else ""
     date = f" on {name_date(outcome.date)}" if outcome.date else ""
     if date and outcome.counted:  # a map beside it may show other hours of the day
         date += f", {outcome.counted},"

@@ -29,6 +29,8 @@ from umbra.study.timeline import (
     make_point_timeline,
     make_timeline,
 )
+from umbra.sun.clock import say_hours
+from umbra.verdicts.outcome import FAIL
 from umbra.web.bundle import bundle, read_asset
 from umbra.web.pack import pack_model
 from umbra.web.page import make_policy
@@ -72,6 +74,8 @@ COMMON = ("read", "timeline", "signs")
 PLAN = ("zoom", "areas", "vectors", "plan")
 MODEL = ("camera", "receivers", "turn")
 STAGE = ("tables", "sky", "stage", "main", "live")
+_MANY = 100
+"""Hours that are told without minutes."""
 _WORDS = {
     "plan": {
         "picture": "The receivers of the study. Arrow keys move the point, with Shift ten cells "
@@ -132,6 +136,7 @@ def write_report(  # noqa: PLR0913  (each part of the page by its name)
         instants = timeline or make_timeline(study)
         pins = [pin for table in tables for pin in table.pins]
         data = make_plan_data(study, plan, instants, pins, proposed) | {"fine": fine}
+        data["failing"] = _list_failing(tables)
         has_own_hours = "hours" in data
         told = tell_plan(study, instants, has_own_hours)
         parts = _WORDS["plan"] | {"script": _read_scripts(PLAN)}
@@ -279,6 +284,16 @@ def _read_scripts(own: Sequence[str]) -> str:
     return "\n".join(_read(f"{name}.js") for name in (*COMMON, *own, *STAGE))
 
 
+def _list_failing(tables: Sequence[Table]) -> list[str]:
+    """List the names in rows with the verdict "fail", each once."""
+    failing: dict[str, None] = {}
+    for table in tables:
+        if {"name", "verdict"} <= {*table.columns}:
+            name, verdict = (table.columns.index(column) for column in ("name", "verdict"))
+            failing |= {str(row[name]): None for row in table.rows if row[verdict] == FAIL}
+    return list(failing)
+
+
 def _sum_up(study: Study) -> list[tuple[str, str]]:
     """Return the figures at the top: of several dates the least and the most of one."""
     dates = split_dates(study)
@@ -291,7 +306,7 @@ def _sum_up(study: Study) -> list[tuple[str, str]]:
     for (name, unit), values in figures.items():
         low, high = min(values), max(values)
         each = [f"{v:.1f} %" if unit == "%" else _say(v) for v in (low, high)]
-        words = each[0] if each[0] == each[1] else f"{each[0].split()[0]} to {each[1]}"
+        words = each[0] if each[0] == each[1] else f"{each[0]} to {each[1]}"
         if name == UP and high <= 0:
             words = "never"
         told.append((name + (sums if unit == "h" else ""), words))
@@ -303,4 +318,4 @@ def _sum_up(study: Study) -> list[tuple[str, str]]:
 
 def _say(hours: float) -> str:
     """Format hours with readable digits."""
-    return f"{hours:,.0f} h" if hours >= 100 else f"{hours:.3g} h"
+    return f"{hours:,.0f} h" if hours >= _MANY else say_hours(hours)

@@ -6,6 +6,7 @@ import numpy as np
 
 from umbra.casters import Canopy
 from umbra.study import Study
+from umbra.sun import name_days
 
 __all__ = ["find_facts"]
 
@@ -34,6 +35,8 @@ def find_facts(
     offsets = list(dict.fromkeys(offset for steps in every for offset in steps.offsets()))
     canopy, scene = study.model.canopy, study.model.scene
     n_all, n_cast = sum(part.triangles for part in scene.parts), len(study.model.caster.faces)
+    own = scene.list_own()
+    n_added = 0 if own is None else n_all - sum(scene.parts[k].triangles for k in own)
     lengths = np.unique(np.round(study.period.hours * 60, 3))
     step = " or ".join(f"{length:g}" for length in lengths[::-1][:2])
     tall = float(np.ptp(study.model.soup.vertices[:, 2]))
@@ -72,7 +75,9 @@ def find_facts(
         (
             "Casters",
             (f"the parts chosen by {' '.join(casters)}: " if casters else "all parts: ")
-            + f"{n_cast:,} of {n_all:,} triangles, as the file has them, "
+            + f"{n_cast:,} of {n_all:,} triangles, "
+            + (f"of which the ground added has {n_added:,}, else " if n_added else "")
+            + "as the file has them, "
             + ("opaque" if canopy is None else "opaque except for canopies"),
         ),
         *([] if canopy is None else [("Canopies", _tell_canopies(canopy))]),
@@ -126,9 +131,7 @@ def _tell_canopies(canopy: Canopy) -> str:
 
 def _tell_days(study: Study) -> str:
     days = study.period.days
-    if len(days) <= 12:
-        return ", ".join(map(str, days))
-    return f"{len(days)} days from {days[0]} to {days[-1]}"
+    return name_days(days, 12)
 
 
 def _tell_daylight_saving(study: Study) -> str:

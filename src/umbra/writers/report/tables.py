@@ -83,8 +83,6 @@ def find_figures(study: Study) -> list[tuple[str, float, str]]:
         return figures
     share = weight[seen] / weight[seen].sum()
     mean = float(share @ study.sun_hours[seen])
-    if what.startswith("all that"):
-        what = "surfaces"
     return [
         *figures,
         (f"mean sun, {what}", mean, "h"),

@@ -200,13 +200,14 @@ const makePlan = async () => {
     return box;
   };
   const choose = () => {
-    // An open place near the middle, with about half the day's sun.
+    // A place near the middle, with about half the day's sun: open ground, or else no high roof.
     const sums = masks.sumHours(0, n - 1);
     let best = Infinity, chosen = 0;
     for (let cell = 0; cell < cells; cell++) {
-      if (heights[cell] > 0.005 || !exists(cell)) continue;
+      if (!exists(cell) || (data.under_roofs && heights[cell] > 0.005)) continue;
       const dc = (cell % cols) / cols - 0.5, dr = Math.floor(cell / cols) / rows - 0.5;
-      const off = Math.abs(sums[cell] / (upHours || 1) - 0.5) + 0.5 * Math.hypot(dc, dr);
+      const off = Math.abs(sums[cell] / (upHours || 1) - 0.5) + 0.5 * Math.hypot(dc, dr)
+        + (data.under_roofs || !data.is_plan ? 0 : 0.02 * heights[cell]);
       if (off < best) { best = off; chosen = cell; }
     }
     return chosen;

@@ -97,11 +97,15 @@ const makeMasks = async (count) => {
 
 // ---- sun lost to a proposal: the arrays of each date, or one of all
 
+// The scale ends at the figures' own most, as sentences tell it, though finer steps may reach a minute more.
 const readLosses = async (fine = null) => {
   const losses = data.lost ? await Promise.all(data.lost.map(async (text) => new Float32Array(await inflate(text)))) : [];
   let lost = 0, won = 0;
-  for (const hours of fine && losses.length ? fine.dates.map((date) => date.lost) : losses)
-    for (const h of hours) { if (h > lost) lost = h; else if (-h > won) won = -h; }
+  const reach = (all) => {
+    for (const hours of all) for (const h of hours) { if (h > lost) lost = h; else if (-h > won) won = -h; }
+  };
+  reach(losses);
+  if (fine && losses.length && Math.max(lost, won) === 0) reach(fine.dates.map((date) => date.lost));
   mostWon = won > LEAST_WON ? won : 0;
   const lostOf = (view) => losses[losses.length > 1 ? steps.day[days[view.day].first] : 0];
   return { losses, lostOf, mostLost: Math.max(lost, mostWon) };
