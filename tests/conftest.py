@@ -5,6 +5,7 @@ import signal
 import numpy as np
 import pytest
 from support.chromium import Chromium, Page, find_chromium
+from support.here import read_and_draw_here, restore_children
 from support.skips import WANTS, find_unexpected, read_reason, tell
 from support.sweeps import make_all
 
@@ -39,6 +40,21 @@ def _cache_of_the_tests(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("UMBRA_CACHE", str(tmp_path_factory.mktemp("cache")))
         yield
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _here(request):
+    """Read and draw in this process, but in a thorough run."""
+    with pytest.MonkeyPatch.context() as patch:
+        if not request.config.getoption("--thorough"):
+            read_and_draw_here(patch)
+        yield
+
+
+@pytest.fixture
+def children(monkeypatch):
+    """Read and draw in child processes, as users' programs do."""
+    restore_children(monkeypatch)
 
 
 @pytest.fixture(scope="session")

@@ -1,6 +1,8 @@
 """Films of a camera or a sun that moves."""
 
+import datetime as dt
 import json
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +11,7 @@ from PIL import Image, ImageSequence
 from support.shapes import box
 
 import umbra
+from umbra.calls import film as film_calls
 from umbra.calls.film import FilmOptions, plan_shots
 from umbra.calls.picture import draw_picture
 from umbra.calls.picture_options import RenderOptions
@@ -59,6 +62,24 @@ def test_the_sun_goes_from_one_time_to_another(camera):
         assert np.allclose(toward, wanted[:3])
 
 
+def test_python_s_sun_has_the_command_s_times(scene, camera, tmp_path, monkeypatch):
+    planned = []
+    monkeypatch.setattr(film_calls, "write_film", lambda _out, _scene, shots, *_, **__:
+                        planned.append(shots[0].caption))  # fmt: skip
+    run = partial(
+        umbra.film, scene, tmp_path / "a.gif", camera, site=VIENNA, turntable="1s", rate=5
+    )
+    with pytest.warns(UserWarning, match="afternoon, 15:05; at="):
+        run(date=dt.date(2026, 3, 21))
+    run(date="2026-03-21", at="15:05")
+    run(date="2026-03-21", at="altitude:20")
+    run(date="2026-03-21", time_of_day="afternoon")
+    assert planned[0] == planned[1] == planned[3] == "21 March 2026, 15:05 CET"
+    assert planned[2] != planned[0]
+    with pytest.raises(umbra.InputError, match="date="):
+        run(at="15:05")
+
+
 @pytest.mark.parametrize(("north", "azimuth"), [(0.0, 90.0), (-90.0, 180.0), (30.0, 60.0)])
 def test_a_compass_has_the_sun_where_it_stands_and_north_in_red(north, azimuth):
     frame = Image.new("RGB", (200, 200), "black")
@@ -93,7 +114,7 @@ def test_a_path_goes_through_saved_views(scene, camera, tmp_path):
     ("asked", "option"),
     [({"turntable": "8s", "film": "4s"}, "turntable"), ({"film": "4s"}, "film"),
      ({"turntable": "1h"}, "turntable"), ({"turntable": "soon"}, "turntable"),
-     ({"until": "17:00", "date": "2026-03-21"}, "at"), ({"until": "17:00"}, "until"),
+     ({"until": "17:00", "at": "15:00"}, "date"), ({"until": "17:00"}, "until"),
      ({"until": "23:00", "date": "2026-03-21", "at": "15:00"}, "until"),
      ({"until": "25:00", "date": "2026-03-21", "at": "15:00"}, "until"),
      ({"until": "17:00", "date": "2026-03-21", "at": "9"}, "at"),

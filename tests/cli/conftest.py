@@ -1,13 +1,13 @@
 """The command line in this process and in one of its own, and models to feed it."""
 
 import re
-import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
 import orjson
 import pytest
-from support.command import SCRIPT, VIENNA
+from support.command import VIENNA
+from support.forks import run_umbra
 from support.model_files import save_obj
 from support.shapes import box
 
@@ -66,11 +66,10 @@ def umbra_here(capsys):
 
 @pytest.fixture
 def umbra_alone():
-    """Run the installed command in a process of its own."""
+    """Run the command in a process of its own."""
 
     def run(*arguments, **options):
-        command = [str(SCRIPT), *map(str, arguments)]
-        done = subprocess.run(command, capture_output=True, text=True, check=False, **options)
+        done = run_umbra(*arguments, **options)
         return Said.of(done.returncode, done.stdout, done.stderr)
 
     return run

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from support.command import SCRIPT, VIENNA
+from support.forks import start_umbra
 from support.model_files import save_city, save_glb, save_obj
 from support.shapes import box, moved
 
@@ -260,20 +261,10 @@ def long_run(tmp_path):
     }
     model = save_obj(tmp_path / "town.obj", meshes)
     command = [
-        SCRIPT, "study", model, *VIENNA, "--date", "2026-09-18", "--every", "5s", "--size",
+        "study", model, *VIENNA, "--date", "2026-09-18", "--every", "5s", "--size",
         "2500x2500", "--receivers", "top", "--out", folder,
     ]  # fmt: skip
-    # A child inherits that Ctrl-C is ignored, as it is for tests that run in the background.
-    previous = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        running = subprocess.Popen(
-            [str(word) for word in command],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-    finally:
-        signal.signal(signal.SIGINT, previous)
+    running = start_umbra(*command)
     try:
         # It works once the painter has loaded its modules, at the latest.
         until = time.monotonic() + 60
@@ -341,15 +332,16 @@ def test_a_killed_run_keeps_the_old_results_and_the_next_run_sweeps_up(
 # -- the command as it is installed ------------------------------------------------------
 
 
-def test_the_installed_command_from_a_glb_to_pictures(umbra_alone, tmp_path):
+def test_the_installed_command_from_a_glb_to_pictures(tmp_path):
     path = save_glb(tmp_path / "tower.glb", TOWER)
-    said = umbra_alone(
-        "study", path, *VIENNA, "--date", "2026-09-18", "--every", "1h", "--cell", "0.5",
-        "--out", "results", cwd=tmp_path,
+    done = subprocess.run(
+        [SCRIPT, "study", path, *VIENNA, "--date", "2026-09-18", "--every", "1h", "--cell", "0.5",
+         "--out", "results"], cwd=tmp_path, capture_output=True, text=True, check=False,
     )  # fmt: skip
-    assert said.status == 0, said
-    assert not said.err
-    files = said.out.splitlines()
+    assert done.returncode == 0, done
+    assert done.stderr.splitlines()[-1].startswith("18 September 2026: ")
+    assert "note: " not in done.stderr
+    files = done.stdout.splitlines()
     names = ("study.nc", "hours.png", "profile.png", "study.toml")
     assert files == [f"results/{name}" for name in names]
     for name in files[1:3]:
@@ -403,7 +395,7 @@ def test_a_terminal_shows_stages_and_stdout_holds_results_only(tower, tmp_path):
     assert out.splitlines() == [
         f"results/{name}" for name in ("study.nc", "hours.png", "profile.png", "study.toml")
     ]
-    status, out, shown = run_on_a_terminal([*command, "--quiet"], tmp_path)
+    status, out, shown = run_on_a_terminal([*command, "--quiet", "--no-pictures"], tmp_path)
     assert (status, out, shown) == (0, "", "")
 
 

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from fuzz.bombs import make_endless, save_footprints
 from support.command import SCRIPT, VIENNA
+from support.forks import run_umbra, start_python, start_umbra
 from support.gml_files import building as gml_building
 from support.gml_files import city as gml_city
 from support.model_files import save_city, save_obj
@@ -38,10 +39,9 @@ def spin(*_):
 """
 
 
-def interrupt(command, until, **options):
+def interrupt(start, command, until):
     """Send SIGINT to a command when ``until(process)`` is true; return it, ended."""
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                          start_new_session=True, **options) as run:  # fmt: skip
+    with start(*command) as run:
         try:
             until(run)
             assert run.poll() is None, "it ended before it was interrupted"
@@ -65,7 +65,7 @@ def run_deaf(folder, patch, *arguments):
                 time.sleep(0.5)  # until it is at work
                 return
 
-    return interrupt([sys.executable, str(script)], until)
+    return interrupt(start_python, [script], until)
 
 
 @pytest.fixture
@@ -83,8 +83,9 @@ def test_a_reader_that_is_deaf_is_ended(tmp_path, house):
 
 def test_a_writer_that_is_deaf_is_ended_and_leaves_the_earlier_results(tmp_path, house):
     out = tmp_path / "out"
-    command = ["study", house, *VIENNA, "--date", "2026-03-21", "--cell", "1", "--out", out]
-    subprocess.run([str(SCRIPT), *map(str, command)], check=True, capture_output=True)
+    command = ["study", house, *VIENNA, "--date", "2026-03-21", "--cell", "1", "--no-pictures",
+               "--out", out]  # fmt: skip
+    run_umbra(*command, check=True)
     before = {path.name: path.read_bytes() for path in out.iterdir()}
     patch = """
     import umbra.writers.output_formats as formats
@@ -95,7 +96,7 @@ def test_a_writer_that_is_deaf_is_ended_and_leaves_the_earlier_results(tmp_path,
     assert status == -signal.SIGTERM
     after = {path.name: path.read_bytes() for path in out.iterdir() if path.is_file()}
     assert after == before
-    subprocess.run([str(SCRIPT), *map(str, command)], check=True, capture_output=True)
+    run_umbra(*command, check=True)
     assert {path.name for path in out.iterdir()} == set(before)
 
 
@@ -111,7 +112,8 @@ def test_one_that_listens_cleans_up_by_itself(tmp_path, house):
 
     formats.FORMATS["csv"] = replace(formats.FORMATS["csv"], write=wait)
     """
-    command = ["study", house, *VIENNA, "--date", "2026-03-21", "--cell", "1", "--out", out]
+    command = ["study", house, *VIENNA, "--date", "2026-03-21", "--cell", "1", "--no-pictures",
+               "--out", out]  # fmt: skip
     status, _, err = run_deaf(tmp_path, patch, *command, "--write", "csv")
     assert status == 2
     assert "interrupted" in err
@@ -247,8 +249,8 @@ def test_ctrl_c_ends_every_reader(tmp_path_factory, family, seconds):
     folder = tmp_path_factory.getbasetemp() / family
     folder.mkdir(exist_ok=True)
     (path, *_) = [*folder.iterdir()] or [FAMILIES[family](folder)]
-    command = [str(SCRIPT), "inspect", str(path), "--no-cache"]
-    status, out, err = interrupt(command, partial(spend, seconds=seconds))
+    command = ["inspect", path, "--no-cache"]
+    status, out, err = interrupt(start_umbra, command, partial(spend, seconds=seconds))
     assert status in INTERRUPTED
     assert not out
     assert err.splitlines()[-1].startswith("umbra: interrupted")

@@ -10,6 +10,7 @@ import pyogrio
 import pytest
 import shapely
 from support.command import SCRIPT, VIENNA
+from support.forks import run_umbra
 from support.model_files import save_obj
 from support.shapes import box
 
@@ -28,9 +29,7 @@ def model(tmp_path):
 
 
 def run(*command, **options):
-    return subprocess.run(
-        [SCRIPT, *command], check=False, text=True, **({"capture_output": True} | options)
-    )
+    return subprocess.run([SCRIPT, *command], check=False, text=True, **options)
 
 
 @pytest.mark.parametrize(
@@ -39,7 +38,7 @@ def run(*command, **options):
      ["render", "--arrays"]],
 )  # fmt: skip
 def test_an_empty_name_is_no_place_to_write(model, tmp_path, command):
-    done = run(command[0], model, *command[1:], "", cwd=tmp_path)
+    done = run_umbra(command[0], model, *command[1:], "", cwd=tmp_path)
     assert done.returncode == 2
     assert f"'{command[-1]}': the name is empty" in done.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["box.obj"]
@@ -50,7 +49,8 @@ def test_an_empty_name_is_no_place_to_write(model, tmp_path, command):
 )
 def test_a_null_character_in_a_name_is_told(tmp_path, line):
     (tmp_path / "study.toml").write_text(f"date = '2026-03-21'\n{line}\n")
-    done = run("study", "box.obj", "--options", tmp_path / "study.toml", "--out", tmp_path / "o")
+    options = tmp_path / "study.toml"
+    done = run_umbra("study", "box.obj", "--options", options, "--out", tmp_path / "o")
     assert done.returncode == 2
     assert f"'{line.split()[0]}' holds a null character" in done.stderr
     with (
@@ -63,11 +63,11 @@ def test_a_null_character_in_a_name_is_told(tmp_path, line):
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full")  # noqa: PTH110
 def test_streams_that_are_full_or_closed(model):
     with open("/dev/full", "w") as full:  # noqa: PTH123
-        done = run("inspect", model, capture_output=False, stdout=full, stderr=subprocess.PIPE)
+        done = run("inspect", model, stdout=full, stderr=subprocess.PIPE)
         said = done.stderr.replace(f"umbra: {kernel_cache.FIRST_RUN}\n", "")
         assert (done.returncode, said.count("\n")) == (1, 1)
         assert "the output stream takes no more" in done.stderr
-        done = run("inspect", "none.obj", capture_output=False, stdout=-1, stderr=full)
+        done = run("inspect", "none.obj", stdout=-1, stderr=full)
         assert (done.returncode, done.stdout) == (2, "")
     done = subprocess.run(f"'{SCRIPT}' inspect none.obj 2>&-", shell=True, check=False)
     assert done.returncode == 2
@@ -98,7 +98,8 @@ def test_a_year_of_seconds_is_refused_before_any_work(model, tmp_path):
         umbra.InputError, match=r"365 dates in steps of 1s make 10,512,000 suns.*6s"
     ):
         make_period("2026", "09:00", "17:00", "1s", VIENNESE)
-    done = run("study", "none.obj", *VIENNA, "--date", "2026", "--every", "1s", "--out", tmp_path)
+    words = "--date", "2026", "--every", "1s"
+    done = run_umbra("study", "none.obj", *VIENNA, *words, "--out", tmp_path)
     assert done.returncode == 2
     assert "10,512,000 suns" in done.stderr
     check_steps(make_steps("2026-01-01", "00:00", "24:00", "16s", "UTC"), 365, "16s")
@@ -111,7 +112,7 @@ def test_a_projection_of_an_unknown_name_is_a_note(tmp_path):
     )  # fmt: skip
     prj = tmp_path / "lot.prj"
     prj.write_text(prj.read_text().replace("Transverse_Mercator", "Nonsense"))
-    done = run("inspect", tmp_path / "lot.shp", "--json")
+    done = run_umbra("inspect", tmp_path / "lot.shp", "--json")
     assert done.returncode == 0, done.stderr
     assert "is not known, so coordinates are taken as metres" in done.stdout
 

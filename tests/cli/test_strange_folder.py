@@ -75,6 +75,7 @@ def test_settings_that_lie_there_change_no_picture(folder):
         assert one.read_bytes() == two.read_bytes()
 
 
+@pytest.mark.usefixtures("children")
 def test_no_child_runs_what_lies_there(folder):
     sys.path.insert(0, "")  # as where Python is asked line by line
     try:

@@ -1,10 +1,7 @@
 """Every example runs as shown, in a folder of its own."""
 
 import itertools
-import os
 import shutil
-import subprocess
-import sys
 from ctypes.util import find_library
 from pathlib import Path
 
@@ -13,6 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image
 from support.desk import Display
+from support.forks import run_python
 
 import umbra
 from umbra.errors import UmbraError
@@ -24,11 +22,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 def run(name, *arguments):
-    done = subprocess.run(
-        [sys.executable, str(EXAMPLES / name), *map(str, arguments)],
-        capture_output=True, text=True, encoding="utf-8", check=False,
-        env={**os.environ, "PYTHONIOENCODING": "utf-8"},
-    )  # fmt: skip
+    done = run_python(EXAMPLES / name, *arguments)
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -237,10 +231,7 @@ def test_realtime_in_a_window():
     if shutil.which("Xvfb") is None:
         pytest.skip("Xvfb is missing: no window can be tried")
     with Display() as display:
-        done = subprocess.run(
-            [sys.executable, str(EXAMPLES / "realtime_in_a_window.py"), "3"],
-            capture_output=True, text=True, check=False, env=display.environment,
-        )  # fmt: skip
+        done = run_python(EXAMPLES / "realtime_in_a_window.py", 3, env=display.environment)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("3 frames; the middle shows the house")
 
@@ -264,10 +255,7 @@ def test_realtime_in_pyglet(tmp_path):
 
 def check_framework(name, folder, environment):
     """A frame in another framework's context has the part, and its shadow on the ground."""
-    done = subprocess.run(
-        [sys.executable, str(EXAMPLES / name), str(folder / "drawn.png")],
-        capture_output=True, text=True, check=False, env=environment,
-    )  # fmt: skip
+    done = run_python(EXAMPLES / name, folder / "drawn.png", env=environment)
     assert done.returncode == 0, done.stderr
     with Image.open(folder / "drawn.png") as picture:
         assert picture.size == (640, 480)

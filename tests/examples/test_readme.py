@@ -1,14 +1,12 @@
 """The README's commands print what it shows, and its Python runs."""
 
-import os
 import re
 import shlex
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 from support.bench import borrow
+from support.forks import run_python
 
 from umbra.cli.main import COMMANDS, main, umbra
 
@@ -32,11 +30,7 @@ def find_commands(block):
 
 
 def run(folder, *arguments):
-    environment = {**os.environ, "PYTHONIOENCODING": "utf-8"}
-    done = subprocess.run(
-        [sys.executable, *arguments],
-        cwd=folder, env=environment, capture_output=True, text=True, encoding="utf-8", check=False,
-    )  # fmt: skip
+    done = run_python(*arguments, cwd=folder)
     assert done.returncode == 0, done.stderr
     return done.stdout.splitlines()
 

@@ -14,6 +14,8 @@ from support.sweeps import reduce_count
 import umbra
 from umbra import InputError
 
+pytestmark = pytest.mark.usefixtures("children")  # a library may end its process
+
 
 def read_or_refuse(folder, name, data):
     path = folder / name

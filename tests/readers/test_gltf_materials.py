@@ -189,6 +189,31 @@ def test_opacity_and_holes(made, read):
     assert material.alpha_cutoff == pytest.approx(0.8)
 
 
+def test_glass_is_covered_by_what_it_does_not_transmit(made, read):
+    """Of the light at right angles glass of index 1.5 reflects 4 %; masks have no glass."""
+    glass = {"transmissionFactor": 0.75}
+    made.material |= {"extensions": {"KHR_materials_transmission": glass}}
+    scene = read(made)
+    assert scene.notes == ()
+    material = scene.parts[0].material
+    assert material.alpha_mode == "blend"
+    assert material.opacity == pytest.approx(1 - 0.96 * 0.75)
+    made.material |= {
+        "alphaMode": "BLEND",
+        "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.5]},
+    }
+    assert read(made).parts[0].material.opacity == pytest.approx(0.5 * (1 - 0.96 * 0.75))
+    glass["transmissionTexture"] = {"index": 0}
+    assert len(read(made).notes) == 1
+    made.material["alphaMode"] = "MASK"
+    scene = read(made)
+    assert (scene.parts[0].material.opacity, len(scene.notes)) == (1, 1)
+    made.material["extensions"] = {"KHR_materials_transmission": {}}  # none, by default
+    made.material["alphaMode"] = "OPAQUE"
+    scene = read(made)
+    assert (scene.parts[0].material.alpha_mode, scene.notes) == ("opaque", ())
+
+
 def test_glow_and_unlit(made, read):
     made.material |= {
         "emissiveFactor": [0.5, 0, 1],

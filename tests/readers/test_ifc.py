@@ -450,6 +450,7 @@ def write_trap(tmp_path, *, hangs):
     return path
 
 
+@pytest.mark.usefixtures("children")
 @pytest.mark.parametrize(("hangs", "why"), [(False, "engine crashed"), (True, "too long")])
 def test_what_ends_or_hangs_the_engine_is_named_and_the_rest_is_read(
     tmp_path, measure, monkeypatch, hangs, why
@@ -463,6 +464,7 @@ def test_what_ends_or_hangs_the_engine_is_named_and_the_rest_is_read(
     assert ": 1 (first: IfcWall 'trap')" in note
 
 
+@pytest.mark.usefixtures("children")
 def test_elements_after_too_many_losses_are_counted(tmp_path, monkeypatch):
     monkeypatch.setattr("umbra.readers.ifc.SECONDS", 1.0)
     monkeypatch.setattr("umbra.readers.ifc.LOSSES", 1)

@@ -103,7 +103,7 @@ LIMITS = ChildLimits(5.0, 5.0, 100e6)
 
 
 @pytest.fixture
-def child(monkeypatch):
+def child(children, monkeypatch):
     monkeypatch.syspath_prepend(str(__file__).rpartition("/")[0])
     return lambda name, work, limits=LIMITS: ReadingChild(f"test_message:{name}", work, limits)
 

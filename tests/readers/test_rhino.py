@@ -107,6 +107,7 @@ def test_a_file_that_breaks_off_is_damaged(file, read, tmp_path):
         umbra.read(path)
 
 
+@pytest.mark.usefixtures("children")
 def test_a_parser_that_never_ends_is_ended(file, read, monkeypatch):
     file.Objects.AddMesh(plate(), told("shown"))
     monkeypatch.setattr("umbra.readers.rhino.SECONDS", 0.01)

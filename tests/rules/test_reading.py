@@ -1,11 +1,10 @@
 """Rules as files: every shipped one, and every slip named with its line."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from support.forks import run_umbra
 
 import umbra
 from umbra.errors import InputError
@@ -208,8 +207,7 @@ def test_rules_are_bounded(tmp_path, text, match):
 
 
 def run(*words):
-    command = [sys.executable, "-m", "umbra", "rules", *words]
-    made = subprocess.run(command, capture_output=True, text=True, check=False)
+    made = run_umbra("rules", *words)
     return made.returncode, made.stdout, made.stderr
 
 

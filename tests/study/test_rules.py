@@ -3,13 +3,12 @@
 import csv
 import datetime as dt
 import re
-import subprocess
-import sys
 import zoneinfo
 from pathlib import Path
 
 import numpy as np
 import pytest
+from support.forks import run_python
 from support.shapes import box
 
 import umbra
@@ -230,8 +229,7 @@ def test_the_example_of_the_docs_is_right(tmp_path):
 
 def test_the_places_of_the_docs_lie_in_the_open(tmp_path):
     path = tmp_path / "block.city.json"
-    make = [sys.executable, ROOT / "examples" / "city_block.py", path]
-    subprocess.run(make, check=True, stdout=subprocess.DEVNULL)
+    run_python(ROOT / "examples" / "city_block.py", path, check=True)
     scene = umbra.read(path)
     options = {"date": "2026-03-21", "every": "4h", "cell": 4}
     study = run_study(scene, umbra.find_site(scene), **options)

@@ -10,8 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from support.forks import run_python, run_umbra
 
 import umbra
+from umbra.cli import main
 from umbra.machine import FIRST_RUN
 
 ROOT = Path(__file__).parents[2]
@@ -46,11 +48,15 @@ def house(tmp_path):
 
 def run(folder, *words):
     """Run the command with the packages in a folder installed."""
-    told = {**os.environ, "PYTHONPATH": os.pathsep.join([str(folder), *sys.path])}
-    return subprocess.run(
-        [sys.executable, "-m", "umbra", *map(str, words)],
-        capture_output=True, text=True, env=told, check=False,
-    )  # fmt: skip
+    told = {**os.environ, "PYTHONPATH": str(folder)}
+    return run_umbra(*words, env=told)
+
+
+def run_here(*words):
+    """Run the command in this process, which has no packages."""
+    with pytest.raises(SystemExit) as ended:
+        main(list(map(str, words)))
+    assert not ended.value.code
 
 
 def study(folder, house, out, *words):
@@ -73,24 +79,25 @@ def test_no_source_of_umbra_names_an_example():
         assert not [word for word in words if word in text], path
 
 
-@pytest.mark.parametrize(
-    ("receivers", "more"),
-    [("ground", ["--cell", "1"]), ("top", ["--cell", "1"]), ("surfaces", ["--spacing", "2"]),
-     ("215/35", ["--cell", "1"])],
-)  # fmt: skip
-def test_a_measure_of_a_package_has_its_variable_and_its_map(
-    installed, house, tmp_path, receivers, more
-):
-    data, told, _ = study(
-        installed, house, tmp_path / "out", "--measure", "openness", "--receivers", receivers, *more
-    )
+def check_openness(data, told, folder):
+    """A measure of a package has its variable, its figures and its map."""
     values = data.openness.values
     assert data.openness.attrs["units"] == "1"
     assert "solid angle" in data.openness.attrs["long_name"]
     assert np.nanmin(values) >= 0
     assert np.nanmax(values) <= 1
-    assert (tmp_path / "out" / "openness.png").stat().st_size > 5000
+    assert (folder / "openness.png").stat().st_size > 5000
     assert 0 < told["measures"]["openness"]["mean"] < 1
+
+
+@pytest.mark.parametrize("receivers", ["top", "215/35"])
+def test_a_measure_of_a_package_has_its_variable_and_its_map(installed, house, tmp_path, receivers):
+    """Of ground and surfaces the report's study shows it, below."""
+    data, told, _ = study(
+        installed, house, tmp_path, "--measure", "openness", "--receivers", receivers,
+        "--cell", "1",
+    )  # fmt: skip
+    check_openness(data, told, tmp_path)
 
 
 def test_the_law_of_a_wall(installed, house, tmp_path):
@@ -146,7 +153,9 @@ def test_a_device_of_a_package_counts_as_the_cpu(installed, house, tmp_path, rec
     common = ["--receivers", receivers, *more, "--date", "2026-03-21", "--every", "2h",
               "--lat", "48", "--lon", "16", "--no-pictures"]  # fmt: skip
     mine, *_ = study(installed, house, tmp_path / "one", *common, "--device", "brute")
-    other, *_ = study(installed, house, tmp_path / "two", *common)
+    run_here("study", house, "--out", tmp_path / "two", "--up", "z", *common)
+    with xr.open_dataset(tmp_path / "two" / "study.nc") as data:
+        other = data.load()
     assert (mine.attrs["device"], other.attrs["device"]) == ("brute", "cpu")
     assert np.array_equal(mine.shadow_hours.values, other.shadow_hours.values, equal_nan=True)
 
@@ -163,17 +172,18 @@ def test_what_a_device_cannot_count_the_default_does(installed, house, tmp_path)
 
 
 def test_a_device_of_a_package_counts_pictures(installed, house, tmp_path):
-    arrays = {}
+    words = {}
     for device in ("brute", "cpu"):
-        path = tmp_path / f"{device}.npz"
-        done = run(
-            installed, "render", house, "--axis-up", "z", "--eye", "30,-20,25", "--target", "4,3,2",
+        words[device] = [
+            "render", house, "--axis-up", "z", "--eye", "30,-20,25", "--target", "4,3,2",
             "--light", "1,2,3,0", "--ground", "0", "--size", "80x60", "--device", device,
-            "--out", tmp_path / f"{device}.png", "--arrays", path,
-        )  # fmt: skip
-        assert done.returncode == 0, done.stderr
-        arrays[device] = np.load(path)["lit"]
-    assert np.array_equal(arrays["brute"], arrays["cpu"])
+            "--out", tmp_path / f"{device}.png", "--arrays", tmp_path / f"{device}.npz",
+        ]  # fmt: skip
+    done = run(installed, *words["brute"])
+    assert done.returncode == 0, done.stderr
+    run_here(*words["cpu"])
+    brute, cpu = (np.load(tmp_path / f"{device}.npz")["lit"] for device in words)
+    assert np.array_equal(brute, cpu)
 
 
 def test_the_help_names_what_is_installed(installed):
@@ -217,19 +227,25 @@ LATE = {  # they load, and fail once they are asked
 @pytest.mark.parametrize("how", [*BROKEN, *LATE])
 def test_a_broken_package_costs_one_line(house, tmp_path, how):
     write_package(tmp_path, "broken", "measures", "zenith = broken:Zenith", (BROKEN | LATE)[how])
-    asked = ["study", house, "--up", "z", "--receivers", "ground", "--cell", "2", "--no-pictures"]
-    done = run(tmp_path, *asked, "--measure", "zenith", "--out", tmp_path / "a")
+    done = run(
+        tmp_path, "study", house, "--up", "z", "--receivers", "ground", "--cell", "2",
+        "--no-pictures", "--measure", "zenith", "--out", tmp_path / "a",
+    )  # fmt: skip
     assert done.returncode == 2
     assert "Traceback" not in done.stderr
     assert [line for line in done.stderr.splitlines() if "zenith" in line]
     assert not (tmp_path / "a" / "study.nc").exists()
-    if how in LATE:
-        return
+
+
+def test_broken_packages_keep_no_study_from_being_made(house, tmp_path):
+    for how, code in BROKEN.items():
+        write_package(tmp_path, how, "measures", f"{how} = {how}:Zenith", code)
     done = run(
-        tmp_path, *asked, "--measure", "sky_view_factor", "--sky-directions", "50",
-        "--out", tmp_path / "b",
+        tmp_path, "study", house, "--up", "z", "--receivers", "ground", "--cell", "2",
+        "--no-pictures", "--measure", "sky_view_factor", "--sky-directions", "50", "--out",
+        tmp_path / "out",
     )  # fmt: skip
-    assert done.returncode == 0
+    assert done.returncode == 0, done.stderr
     assert "Traceback" not in done.stderr
 
 
@@ -307,11 +323,8 @@ except umbra.InputError as error:
 
 def test_python_is_told_of_a_failed_output_when_all_is_written(house, tmp_path):
     write_package(tmp_path, "outs", "outputs", "half = outs:Half\ngood = outs:Good", OUTPUT)
-    told = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
-    done = subprocess.run(
-        [sys.executable, "-c", WRITE, str(house), str(tmp_path / "out")],
-        capture_output=True, text=True, env=told, check=True,
-    )  # fmt: skip
+    told = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    done = run_python("-c", WRITE, house, tmp_path / "out", env=told, check=True)
     assert done.stdout.split() == ["write", "half"]
     assert {path.name for path in (tmp_path / "out").iterdir()} >= {"study.nc", "good.txt"}
 
@@ -382,6 +395,7 @@ def test_the_report_shows_a_measure_of_a_package(installed, tmp_path, receivers,
         receivers, *more, "--proposed", "tower", "--report", "--date", "2026-03-21", "--every",
         "3h", "--lat", "48", "--lon", "16",
     )  # fmt: skip
+    check_openness(data, told, tmp_path / "out")
     (heads, *rows), pictures = find_section(
         (tmp_path / "out" / "report.html").read_text("utf-8"), "Free share"
     )

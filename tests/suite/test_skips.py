@@ -1,5 +1,6 @@
 """A run says at its end what tests skipped for want of, and fails where none may."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -63,6 +64,7 @@ def test_a_run_fails_for_skips_only_where_it_is_asked_to(tmp_path, options, stat
     done = subprocess.run(
         [sys.executable, "-m", "pytest", "-q", *options],
         cwd=tmp_path, capture_output=True, text=True, check=False,
+        env={**os.environ, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"},
     )  # fmt: skip
     assert done.returncode == status, done.stdout + done.stderr
     *_, told, last = done.stdout.strip().splitlines()

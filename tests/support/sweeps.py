@@ -15,6 +15,11 @@ def make_all(is_thorough):
     _is_thorough = is_thorough
 
 
+def is_thorough():
+    """Return whether every case is made, and every process starts cold."""
+    return _is_thorough
+
+
 def sample_cases(cases, one_in, first=0):
     """Give one case in so many, from the first on."""
     return list(cases) if _is_thorough else list(cases)[first % one_in :: one_in]

@@ -3,13 +3,12 @@
 import json
 import os
 import signal
-import subprocess
-import sys
 import time
 
 import numpy as np
 import pytest
 from support.cities import DAY, make_houses, read_store, write_city
+from support.forks import start_python
 from support.sweeps import reduce_count
 
 import umbra
@@ -49,9 +48,9 @@ def test_killed_runs_end_in_the_same_bytes(city, tmp_path, whole, receivers):
     enough = reduce_count(4, 2)
     marks, kills = tmp_path / "killed" / "tiles", 0
     rng = np.random.default_rng(5)
-    done = b""
-    while b"done" not in done:
-        child = subprocess.Popen([sys.executable, "-c", RUN, given], stdout=subprocess.PIPE)
+    done = ""
+    while "done" not in done:
+        child = start_python("-c", RUN, given)
         if kills < enough:
             before = len(list(marks.glob("*.json")))
             while child.poll() is None and len(list(marks.glob("*.json"))) < before + 12:

@@ -2,8 +2,6 @@
 
 import json
 import os
-import subprocess
-import sys
 import zipfile
 from contextlib import nullcontext
 from functools import partial
@@ -11,6 +9,7 @@ from functools import partial
 import numpy as np
 import pytest
 from support.cities import DAY, make_houses, read_store, write_city
+from support.forks import run_umbra
 from support.shapes import box
 
 import umbra
@@ -27,8 +26,7 @@ HERE = (84950, 446950, 85520, 447290)
 
 def run(*words, folder):
     """Run the command in a process; return it with what it printed."""
-    given = [sys.executable, "-m", "umbra", "study", *map(str, words)]
-    return subprocess.run(given, cwd=folder, capture_output=True, text=True, check=False)
+    return run_umbra("study", *words, cwd=folder)
 
 
 def test_the_command_writes_the_files_of_a_city(city, tmp_path):

@@ -5,12 +5,11 @@ import os
 import signal
 import socket
 import subprocess
-import sys
 import time
 
 import pytest
 from support.cities import DAY, read_store
-from support.command import SCRIPT
+from support.forks import run_umbra, start_python
 from support.sockets import find_doors, find_family, on_linux, run_as_nobody
 
 import umbra
@@ -125,7 +124,7 @@ umbra.city_study(files, out=out, tiles=100, workers=2, **options)
 def begin_long_run(city, folder):
     """Start a run of long tiles; return it and its workers once two tiles are done."""
     given = json.dumps([[str(path) for path in city], str(folder), LONG])
-    run = subprocess.Popen([sys.executable, "-c", RUN, given], stderr=subprocess.PIPE)
+    run = start_python("-c", RUN, given)
     while count_marks(folder) < 2 and run.poll() is None:
         time.sleep(0.02)
     workers = find_family(run.pid)[1:]
@@ -161,7 +160,7 @@ def test_workers_end_with_their_run_in_the_midst_of_a_tile(city, tmp_path, end):
     run.send_signal(end)
     assert wait_for_end([run.pid, *workers], 20) == []
     assert count_marks(tmp_path / "out") < 24
-    assert run.communicate()[1].count(b"Traceback") == (end == signal.SIGINT)
+    assert run.communicate()[1].count("Traceback") == (end == signal.SIGINT)
 
 
 def test_the_command_counts_with_workers_as_without(city, tmp_path):
@@ -170,13 +169,9 @@ def test_the_command_counts_with_workers_as_without(city, tmp_path):
         "1h", "--cell", "4", "--receivers", "top", "--tiles", "200m", "--no-pictures", "--quiet",
     ]  # fmt: skip
     for name, more in (("one", []), ("two", ["--workers", "2"])):
-        command = [SCRIPT, "study", *words, "--out", tmp_path / name, *more]
-        assert subprocess.run(command, check=False).returncode == 0
+        run_umbra("study", *words, "--out", tmp_path / name, *more, check=True)
     assert read_store(tmp_path / "one") == read_store(tmp_path / "two")
-    refused = subprocess.run(
-        [SCRIPT, "study", *words, "--out", tmp_path / "none", "--workers", "100000"],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    refused = run_umbra("study", *words, "--out", tmp_path / "none", "--workers", "100000")
     assert refused.returncode == 2
     assert refused.stderr.startswith("umbra: --workers 100000 ")
     assert refused.stderr.count("\n") == 1

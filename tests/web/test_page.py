@@ -229,12 +229,12 @@ def test_two_fingers_hold_the_ground_between_them(live):
         settle(live)
 
     before = live.ask("umbra.state.viewpoint")
-    place = live.ask("umbra.stage.renderer.pick(450, 450).position")
-    touch("touchStart", (400, 450), (500, 450))
-    touch("touchMove", (350, 450), (550, 450))
+    place = live.ask("umbra.stage.renderer.pick(450, 560).position")
+    touch("touchStart", (400, 560), (500, 560))
+    touch("touchMove", (350, 560), (550, 560))
     after = live.ask("umbra.state.viewpoint")
     assert after["distance"] == pytest.approx(before["distance"] / 2, rel=0.02)
-    assert live.ask("umbra.stage.renderer.pick(450, 450).position") == pytest.approx(place, abs=0.3)
+    assert live.ask("umbra.stage.renderer.pick(450, 560).position") == pytest.approx(place, abs=0.3)
     touch("touchEnd")
 
 
@@ -318,6 +318,14 @@ def test_before_and_after_differ_by_the_proposal_in_one_picture(live):
     live.ask("document.querySelector('[role=slider].swipe').focus()")
     live.press("ArrowLeft")
     assert live.ask("umbra.state.swipe") == pytest.approx(0.48)
+    words = live.ask(  # from above, the line would run through N, S and 12
+        "(() => { umbra.set({hasPath: true, hasCompass: true, swipe: 0.5});"
+        "umbra.orbit.look(umbra.north, -89.9); const said = [], { pen, size } = umbra.stage;"
+        "pen.fillText = (text, x) => said.push([text, x - size.wide / 2]);"
+        "umbra.stage.draw(umbra.state); delete pen.fillText; return said; })()"
+    )
+    assert {"N", "S", "12"} <= {text for text, _ in words}
+    assert min(abs(aside) for _, aside in words) >= 8
 
 
 def test_shortcuts_work_while_a_slider_has_the_focus(live):

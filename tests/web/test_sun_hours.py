@@ -168,7 +168,7 @@ def test_any_date_is_counted_in_part_then_in_full_and_coarsely_in_motion(live):
     for at_rest, date in ((True, "2026-09-21"), (False, "2026-12-21")):
         is_whole, is_part, width = live.ask(
             "(() => { const hours = umbra.sunHours; hours.costs = {coarse: 50, fine: 50};"
-            f"if ({str(at_rest).lower()}) hours.changed = -Infinity;"
+            f"hours.changed = {'-Infinity' if at_rest else 'performance.now()'};"
             f"umbra.set({{date: '{date}', interval: [0, 1440]}}); umbra.stage.draw(umbra.state);"
             "const {isWhole, layer, wanted} = hours;"
             "return [isWhole, layer.most < wanted.length, layer.masks.sheet.width]; })()"
@@ -182,6 +182,10 @@ def test_any_date_is_counted_in_part_then_in_full_and_coarsely_in_motion(live):
         start="00:00", end="24:00", receivers="points", points=[[0, 0, 0, 0, 0, 1]],
     )  # fmt: skip
     assert live.ask("umbra.sunHours.most") == pytest.approx(float(study.sun_hours[0]))
+    live.ask("umbra.sunHours.changed = performance.now();"
+             "umbra.set({date: '2026-07-01', interval: [0, 60]})")  # fmt: skip
+    live.wait(WHOLE)  # of a night, with nothing to count
+    assert live.ask("umbra.sunHours.most") == 0
 
 
 def test_the_pointer_tells_hours_and_the_key_names_interval_and_clock(live):
@@ -200,6 +204,17 @@ def test_the_pointer_tells_hours_and_the_key_names_interval_and_clock(live):
     live.ask("umbra.choose(60, 500)")
     live.wait("umbra.waits === 0")
     assert live.ask("document.querySelector('.within').textContent").startswith(f"{when}: 8 h")
-    live.ask("umbra.set({hasSunHours: false})")
+    live.ask("umbra.set({hasSunHours: false, date: '2026-05-01'})")
     live.wait("umbra.waits === 0")
     assert live.ask("umbra.stage.renderer.hours") is None
+    # A pointer at the button counts the first instants, which a click shows.
+    button = live.ask("(r => [r.left + 9, r.top + 9])"
+                      "(document.querySelector('.counts').getBoundingClientRect())")  # fmt: skip
+    live.mouse("mouseMoved", *button)
+    live.wait("umbra.sunHours.masks.fine.isCounted.filter(Boolean).length >= 4")
+    assert live.ask("umbra.sunHours.layer") is None
+    live.ask("umbra.sunHours.masks.fine.begin = () => { throw new Error('begun again'); }")
+    live.mouse("mousePressed", *button, button="left", clickCount=1)
+    live.mouse("mouseReleased", *button, button="left", clickCount=1)
+    live.wait(WHOLE)
+    assert live.ask("umbra.sunHours.layer.most") == 32

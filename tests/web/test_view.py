@@ -73,20 +73,29 @@ def test_from_above_is_a_plan_with_a_scale(live):
     assert found[:2] == pytest.approx(held[:2], abs=0.05)
 
 
-def test_first_views_hold_the_whole_path_of_the_sun(page, tmp_path):
+def test_first_views_and_those_from_above_are_filled_by_compass_and_path(page, tmp_path):
     low = umbra.make_scene(*box((0, 0, 0), (12, 12, 0.5)), ground=0.0)
     equator = umbra.Site(0.0, 0.0, "UTC")
     umbra.show(low, equator, date="2026-03-21", at="15:00", size=SMALL, out=tmp_path / "house.html")
     for width, height in ((1300, 600), (390, 844)):
         page.resize(width, height)
         page.open(tmp_path / "house.html", READY)
-        seen = np.array(page.ask(
-            "(() => { const { wide, high } = umbra.stage.size; return umbra.stage.renderer.lines"
-            ".find((one) => one.width === 2.5).places.map((place) => { const { x, y } ="
-            "umbra.stage.renderer.project(place); return [x / wide, y / high]; }); })()"
-        ))  # fmt: skip
-        assert (seen > 0).all()
-        assert (seen < 1).all()
+        for key in (None, "t"):
+            if key:
+                page.press(key)
+                settle(page)
+            seen = np.array(page.ask(
+                "(() => { const {wide, high} = umbra.stage.size; return umbra.stage.renderer.lines"
+                ".filter((one) => one.width === 2.5 || one.places.length === 121).flatMap((one) =>"
+                "one.places).map((place) => { const { x, y } = umbra.stage.renderer.project(place);"
+                "return [x / wide, y / high]; }); })()"
+            ))  # fmt: skip
+            assert (seen > 0).all()
+            assert (seen < 1).all()
+            filled = np.argmax(np.ptp(seen, axis=0))
+            low, high = seen[:, filled].min(), seen[:, filled].max()
+            assert high - low > 0.8
+            assert abs(low + high - 1) < 0.08  # in the middle
 
 
 def test_keys_work_wherever_the_focus_is_but_in_what_one_types(live):

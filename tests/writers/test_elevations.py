@@ -19,19 +19,19 @@ from umbra.writers.elevations import (
 from umbra.writers.picture_content import DOTS_PER_INCH, MISSING, DayMap, Plan
 from umbra.writers.pixels import shade_ramp
 from umbra.writers.sheet import MARGIN
-from umbra.writers.title_block import BLOCK, SunRose
+from umbra.writers.title_block import BLOCK, TITLE, SunRose
 
 SIDES = ("South", "East", "North", "West")
 
 
-def fits(scale, need, sizes, paper):
+def fits(scale, need, sizes, paper, has_row):
     inch = 1000 / 25.4 / scale
     south, east, north, west = sizes
     wide = max(need[0], south[0], north[0]) * inch + AXIS
     high = max(need[1], east[0], west[0]) * inch + CAPTION
     wide += (east[1] + west[1]) * inch + 2 * (CAPTION + GAP)
     high += (south[1] + north[1]) * inch + 2 * (CAPTION + GAP)
-    room = find_room(paper)
+    room = find_room(paper, has_row=has_row)
     return wide <= room[0] and high <= room[1]
 
 
@@ -42,22 +42,22 @@ def fits(scale, need, sizes, paper):
 def test_the_largest_round_scale_that_fits_is_taken(need, high, paper):
     sizes = [(0.6 * need[0], high), (0.6 * need[1], high)] * 2
     found = arrange(need, need, sizes, paper)
-    assert fits(found.scale, need, sizes, paper)
+    assert fits(found.scale, need, sizes, paper, found.has_row)
     larger = [scale for scale in FINER_SCALES if scale < found.scale]
-    assert not larger or not fits(larger[-1], need, sizes, paper)
+    assert not larger or not fits(larger[-1], need, sizes, paper, found.has_row)
     assert found.plan == pytest.approx(need)
     grown = arrange(need, (np.inf, np.inf), sizes, paper)
     assert str(grown.scale).strip("0") in {"1", "125", "2", "25", "5"}
     # The plan reaches both ends of the room.
     inch = grown.per_metre
     spans = [grown.plan[k] * inch + 2 * high * inch + 2 * (CAPTION + GAP) for k in (0, 1)]
-    assert np.add(spans, (AXIS, CAPTION)) == pytest.approx(find_room(paper))
+    assert np.add(spans, (AXIS, CAPTION)) == pytest.approx(find_room(paper, has_row=grown.has_row))
     # Nothing is empty but the corner between the elevations, and what lies beside them.
     wide, high = (side * inch for side in grown.plan)
     used = wide * high + sum(w * h * inch**2 for w, h in sizes)
     corner = (spans[0] - wide) * (spans[1] - high)
     assert corner < np.prod(PAPERS[paper]) / 4
-    assert used > 0.4 * np.prod(find_room(paper))
+    assert used > 0.4 * np.prod(find_room(paper, has_row=grown.has_row))
 
 
 def make_map(wide, high, hours, axes=("x [m]", "y [m]"), cell=0.5, start=0.0):
@@ -127,3 +127,28 @@ def test_all_maps_are_of_one_scale_and_stand_on_the_axes_of_the_plan():
     for corner in marked:
         assert np.abs(corner - 255 * 0.075).max() < 8 or np.abs(corner - dark).max() < 8
     assert (np.abs(pixels - (200, 30, 30)).max(-1) < 2).sum() > 500  # the logo
+
+
+@pytest.mark.parametrize("paper", PAPERS)
+def test_a_small_plan_with_towers_leaves_no_quarter_of_the_page_empty(paper):
+    sizes = [(200, 207), (150, 207)] * 2
+    arrangement = arrange((200, 150), (200, 150), sizes, paper)
+    assert not arrangement.has_row
+    maps = [("Plan", *make_map(200, 150, 0.0, cell=5.0))]
+    for side, size in zip(SIDES, sizes, strict=True):
+        maps.append((f"{side} elevation", *make_map(*size, 4.0, ("", "z [m]"), cell=5.0)))
+    mask = np.ones((30, 40), bool)
+    moments = [(f"{hour:02}:00", mask) for hour in range(9, 18)]
+    sun = SunRose(np.array([(120.0, 20.0), (180.0, 40.0)]), [("09", 120.0, 20.0)])
+    content = SheetContent((0.0, 0.0), moments, maps[0][1], sun)
+    sheet = make_elevations_sheet(arrangement, maps, 8.0, content=content)
+    types = {text.get_text(): text.get_fontsize() for text in sheet.leaf.findobj(Text)}
+    assert {name for name, _ in moments} <= types.keys()
+    assert types["house"] == pytest.approx(TITLE * (2**0.5 if paper == "a1" else 1), rel=1e-3)
+    ink = (sheet.leaf.render() < 250).any(-1)
+    side = round(5 / 25.4 * DOTS_PER_INCH) * (2 if paper == "a1" else 1)
+    rows, cols = (n // side for n in ink.shape)
+    used = ink[: rows * side, : cols * side].reshape(rows, side, cols, side).any((1, 3))
+    around = np.pad(used, 1)
+    near = [around[1 + i :][:rows, 1 + j :][:, :cols] for i in (-1, 0, 1) for j in (-1, 0, 1)]
+    assert 1 - np.any(near, 0).mean() < 0.25

@@ -20,6 +20,8 @@ from umbra.writers.painter import Painter
 from umbra.writers.picture_content import DayMap, DayShadows, Plan
 from umbra.writers.profile import make_profile_sheet
 
+pytestmark = pytest.mark.usefixtures("children")
+
 PLAN = Plan(np.arange(30.0), np.arange(20.0), title="Painted", roofs_cover=False)
 HOURS = np.linspace(0, 8, 600).reshape(20, 30)
 LABELS = ["09:00", "10:00", "11:00"]

@@ -38,7 +38,10 @@ def report(tmp_path_factory):
     path = folder / "report.html"
     write_report(
         path, study, plan, [("Tall", folder / "tall.png")],
-        tables=[Table("Many", COLUMNS, rows)],
+        tables=[
+            Table("Many", COLUMNS, rows),
+            Table("Few", ("name", "hours"), [(f"n{k}", float(k)) for k in range(31)]),
+        ],
     )  # fmt: skip
     return path
 
@@ -64,6 +67,28 @@ def test_paper_has_all_rows_columns_and_pictures(page, report, width, height):
     assert page.ask(f"{rows}.length") == 25
 
 
+def test_a_long_table_of_few_columns_stands_beside_itself_with_its_head(page, report):
+    page.open(report, READY)
+    page.send("Emulation.setEmulatedMedia", media="print")
+    page.resize(round(8.27 * 96), round(11.69 * 96))
+    print_it = "dispatchEvent(new Event('{}print'))"
+    halves = (
+        "[...document.querySelectorAll('.narrow table')].map((t) => [t.tHead.innerText, "
+        "t.tBodies[0].rows.length, t.getBoundingClientRect().left, t.getBoundingClientRect().top])"
+    )
+    for _ in range(2):  # a second time as well
+        page.ask(print_it.format("before"))
+        (head, first, left, top), (again, second, right, beside) = page.ask(halves)
+        assert head == again
+        assert "name" in head
+        assert (first, second) == (16, 15)
+        assert right > left + 100
+        assert beside == top
+        page.ask(print_it.format("after"))
+    ((_, shown, *_),) = page.ask(halves)
+    assert shown == 25
+
+
 def test_a_pdf_holds_the_picture_of_the_plan(page, report):
     page.open(report, READY)
     page.send("Emulation.setEmulatedMedia", media="print")
@@ -87,3 +112,28 @@ def test_on_a_phone_rows_of_many_columns_become_lists(page, report):
     cells = page.ask("[...document.querySelector('.many tbody tr').cells].map((c) => c.dataset.of)")
     assert cells == list(COLUMNS)
     assert page.ask("getComputedStyle(document.querySelector('.many td')).display") == "flex"
+
+
+def test_the_first_place_is_one_that_receives_and_a_failing_area_is_named_so(page, tmp_path):
+    """Land of a triangle above the level of its lowest corner, without any cell at its height."""
+    land = np.array(
+        [(0, 0, 1), (30, 0, 1), (0, 30, 1), (30, 30, 0), (30.1, 30, 0), (30, 30.1, 0)], float
+    )
+    parts = [
+        Part("land", "LandUse", Mesh(land, np.array([(0, 1, 2), (3, 4, 5)]))),
+        Part("tower", "", Mesh(*box((8, 8, 1), (10, 10, 9)))),
+    ]
+    study = run_study(make_scene(parts), SITE, date="2026-03-21", every="1h", cell=1.0, masks=True)
+    assert np.isnan(study.shadow_hours[0, -1])
+    heights = (study.heights - study.ground).astype(np.float32)
+    plan = Plan(study.x, study.y, heights, title="Land")
+    rows = [("lawn", "fail"), ("yard", "pass"), ("lawn", "fail")]
+    path = tmp_path / "report.html"
+    write_report(path, study, plan, [], tables=[Table("Rule", ("name", "verdict"), rows)])
+    page.open(path, READY)
+    sun, where = (
+        page.ask(f"document.getElementById('{k}').textContent") for k in ("in-sun", "where")
+    )
+    assert "nothing" not in where
+    assert sun != "0 h"
+    assert page.ask("JSON.parse(document.getElementById('data').textContent).failing") == ["lawn"]

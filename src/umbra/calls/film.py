@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.calls.light_options import LightOptions
 from umbra.calls.picture_options import RenderOptions
 from umbra.errors import InputError, check_type, show_value
-from umbra.option_fields import Given, Options, check_types, option, read_path, record
+from umbra.option_fields import Given, Options, again, check_types, option, read_path, record
 from umbra.scene import Camera, Light, Scene
 from umbra.scene.lights import SomeLights, make_lights
 from umbra.signatures import takes
@@ -347,18 +348,26 @@ def check_film(out: Path, size: Sequence[int], rate: int) -> str:
 class FilmCallOptions(RenderOptions, FilmOptions):
     """Options of ``umbra.film``."""
 
-    date: str | dt.date | None = option("text", "Local date of the sun, with at=.")
-    at: str | None = option("text", "Local time of the sun, in the first frame.")
+    date: Given[str | dt.date | None, str | None] = option(
+        "text", "Local date of the sun, in the first frame at the time at=, else in the afternoon."
+    )
+    at: str | None = again(LightOptions, "at", flag=None)
+    time_of_day: str | None = again(LightOptions, "time_of_day", flag=None)
 
     def __post_init__(self) -> None:
+        if isinstance(self.date, dt.date):
+            object.__setattr__(self, "date", str(self.date))
         RenderOptions.__post_init__(self)
         FilmOptions.__post_init__(self)
         if not self.is_asked:
             msg = "say what moves: turntable='8s', path='views.json' or until='18:00'"
             raise InputError(msg, option="turntable")
-        if (self.date is None) != (self.at is None):
-            msg = "the sun needs both date= and at= (a clock time: at='15:00')"
-            raise InputError(msg, option="at" if self.at is None else "date")
+        self.sun  # noqa: B018  (checks it)
+
+    @property
+    def sun(self) -> LightOptions:
+        """The sun, checked."""
+        return LightOptions(date=self.date, at=self.at, time_of_day=self.time_of_day)
 
 
 @takes(FilmCallOptions, "a film")
@@ -402,6 +411,11 @@ def film(
     UmbraError
         If the encoder is missing.
 
+    Warns
+    -----
+    UserWarning
+        If the sun's time is assumed, or a picture has a problem, as in ``umbra.render``.
+
     Examples
     --------
     >>> scene = umbra.read("quarter.city.json")
@@ -417,12 +431,15 @@ def film(
     check_type("camera", first, Camera)
     target = Path(out)
     kind = check_film(target, first.size, options.rate)
-    sun = None
-    if options.date is not None and options.at is not None:
-        sun = find_site(scene) if site is None else site, str(options.date), options.at
+    said, sun = list[str](), None
+    if options.sun.has_sun:
+        place = find_site(scene) if site is None else site
+        settled = options.sun.settle(lambda: place)
+        if options.sun.assumes_time:
+            said.append(settled.tell_assumed())
+        sun = place, str(settled.date), str(settled.at)
     held = find_held(scene) if camera is None else None
     shots = plan_shots(options, first, make_lights(lights), sun, held)
-    said: list[str] = []
     with replace_file(target) as beside:
         write_film(beside, scene, shots, options, options.rate, kind=kind, warn=said.append)
     for text in said:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from umbra.scene import Light
     from umbra.sun import Site
 
-__all__ = ["ASSUMED", "LightOptions"]
+__all__ = ["LightOptions"]
 
 ASSUMED = "afternoon"
 """Time of day of a sun that has a date alone."""
@@ -104,6 +104,10 @@ class LightOptions(Options):
         except InputError as error:
             raise InputError(str(error), option=name) from error
         return replace(self, date=date, at=at, time_of_day=None)
+
+    def tell_assumed(self) -> str:
+        """Tell the clock time that was assumed, of settled options."""
+        return f"the sun is that of the {ASSUMED}, {self.at}; at= sets another time"
 
     def make(self, find_site: Callable[[], Site]) -> list[Light]:
         """Make the lights; the site is found only if the sun is one of them."""

@@ -100,8 +100,8 @@ class DrawingOptions(Options):
     cast: Sequence[str] = _study("cast")
     no_cast: Sequence[str] = _study("no_cast")
     ground: Given[float | str | Path | bool | None, float | str | bool | None] = _ground(
-        more="False: none. By default files have one, and of `umbra.render` no arrays and no plain "
-        "image.", heading="Style",
+        more="False: none. Default: one in files; none in arrays and plain images in memory.",
+        heading="Style",
         passes=(False,),
     )  # fmt: skip
     style: str = _looks(

@@ -98,13 +98,13 @@ class Proof:
 
     def fill(self, folder: Path) -> list[str]:
         """Write the files into a folder that exists; return their names."""
-        from umbra.writers.folder.captions import name_files  # noqa: PLC0415
+        from umbra.writers.folder.captions import list_files, name_model  # noqa: PLC0415
         from umbra.writers.proof import ProofSheet, write_proof  # noqa: PLC0415
 
         options, model = self.options, self.gathered.model
         sheet = ProofSheet(
-            title=options.title or name_files(model.scene), project=options.project or "",
-            author=options.author or "", number=options.number or "",
+            title=options.title or name_model(list_files(model.scene)),
+            project=options.project or "", author=options.author or "", number=options.number or "",
             logo=self.logo, paper=options.paper,
             basis=tuple(_list_basis(self)), facts=tuple(_list_facts(self)),
         )  # fmt: skip

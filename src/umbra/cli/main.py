@@ -144,7 +144,8 @@ def doctor(as_json: bool) -> None:
             f"depth bounds {'yes' if backend['depth_bounds'] else 'no'}, "
             f"timer queries {'yes' if backend['timer_queries'] else 'no'}"
         )
-    packages = [f"{name} {version or '-'}" for name, version in report["packages"].items()]
+    versions = report["packages"].items()
+    packages = [f"{name} {version or 'not installed'}" for name, version in versions]
     echo(f"     {', '.join(packages)}")
     cache = report["cache"]
     echo(

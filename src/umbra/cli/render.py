@@ -11,7 +11,7 @@ import click
 
 from umbra.calls.camera_options import CameraOptions
 from umbra.calls.film import FILMS, FilmOptions, check_film, find_held, plan_shots, write_film
-from umbra.calls.light_options import ASSUMED, LightOptions
+from umbra.calls.light_options import LightOptions
 from umbra.calls.picture_options import VECTORS, RenderOptions, ShadowOptions
 from umbra.cli.click_options import NewPath, SectionedCommand, record_options, take_record
 from umbra.cli.reading import (
@@ -191,7 +191,7 @@ def _settle(lights: LightOptions, find_site: Callable[[], Any], tell: Say) -> Li
     """Find the sun's clock time; tell the one that is assumed."""
     settled = lights.settle(find_site)
     if lights.assumes_time:
-        tell(f"note: the sun is that of the {ASSUMED}, {settled.at}; at= sets another time")
+        tell(f"note: {settled.tell_assumed()}")
     return settled
 
 

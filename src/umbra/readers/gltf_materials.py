@@ -24,7 +24,10 @@ LOST = "textures that are missing or in an unknown format, left out"
 OUTSIDE = "textures outside the model's folder left out (allow_outside=True reads them)"
 APART = "textures of a material with a third set of coordinates, left out"
 SPECULAR = "KHR_materials_pbrSpecularGlossiness"
-READ = {SPECULAR, "KHR_materials_emissive_strength", "KHR_materials_unlit"}
+TRANSMISSION = "KHR_materials_transmission"
+READ = {SPECULAR, TRANSMISSION, "KHR_materials_emissive_strength", "KHR_materials_unlit"}
+REFLECTED = 0.04
+"""Of the light at right angles, by one surface of glass of glTF's default index, 1.5."""
 MOST = 2  # sets of coordinates of a mesh
 
 
@@ -116,10 +119,19 @@ class Materials:
         emission, emission_image = self._read_emission(lit, placings)
         mode = str(given.get("alphaMode", "OPAQUE")).lower()
         cutoff = float(given.get("alphaCutoff", 0.5))
+        cover = alpha if mode == "blend" else 1.0
+        glass = extensions.get(TRANSMISSION, {})
+        clear = _clip(glass.get("transmissionFactor", 0.0))
+        if clear and mode != "mask":  # a surface that is covered by what it does not let through
+            cover *= 1 - (1 - REFLECTED) * clear
+            mode = "blend"
+        if clear and (mode == "mask" or "transmissionTexture" in glass):
+            what = f"{TRANSMISSION} of masks" if mode == "mask" else "textures of transmission"
+            self._counts[f"materials' {what} left out"] += 1
         material = Material(
             (red, green, blue),
             image,
-            opacity=alpha if mode == "blend" else 1.0,
+            opacity=cover,
             emission=emission,
             is_unlit=is_unlit,
             alpha_mode=mode if mode in {"mask", "blend"} else "opaque",

@@ -24,7 +24,7 @@ import { SunHours } from "./sun_hours.js";
 import { Stage } from "./stage.js";
 import { fromLink, toFile, toLink } from "./state.js";
 import { makeTimebar } from "./timebar.js";
-import { findBuilt, findDense, findRise, frame } from "./viewpoint.js";
+import { findBuilt, findDense, findRise, frame, isPlan } from "./viewpoint.js";
 import { makeYearPanel } from "./year_panel.js";
 import { findPlane, makeDrawn, makeHours, makeMeasure, makeSection } from "./tools.js";
 
@@ -33,6 +33,7 @@ const SPARSE =
   "the button with the house shows all.";
 /** What of a state lies over the model's picture, which stays as it is. */
 const OVER = new Set(["place", "begun", "distances", "tool"]);
+const HIGHEST = -50; // tilt of a first view that is seen from higher up [degrees]
 const STATE_DELAY = 400; // from a change to the address [ms]
 let number = 0;
 
@@ -136,8 +137,7 @@ export class App {
     this.stage.renderer.ground = this.ground;
     this.timebar.update(this.state); // it is as high now as it stays: the picture is drawn once
     this.#layHours();
-    if (!opening.isLinked && config.isFramed)
-      this.orbit.set(this.frameAll(this.state.viewpoint, this.box));
+    if (!opening.isLinked && config.isFramed) this.orbit.set(this.#open());
     this.listening = new AbortController();
     const { signal } = this.listening;
     this.stage.canvas.addEventListener("keydown", (event) => this.#key(event), { signal });
@@ -171,6 +171,17 @@ export class App {
       ...suns.map((sun) => dome.at(sun, 1.06)),
       ...winds.map((wind) => dome.onRing(45 * wind, 1.1)),
     ]);
+  }
+
+  /** The first view: in a picture that is high, from higher up, so that the model fills it. */
+  #open() {
+    let view = this.frameAll(this.state.viewpoint, this.box);
+    while (!isPlan(view) && view.tilt > HIGHEST) {
+      const next = this.frameAll({ ...view, tilt: view.tilt - 2 }, this.box);
+      if (next.distance > view.distance) break;
+      view = next;
+    }
+    return view;
   }
 
   /** When the picture becomes narrower or wider, as much of the model stays in it. */

@@ -74,6 +74,8 @@ export const makeInterval = (app, zone) => {
     to = makeHandle("to", "Hours of sun until"),
     span = el("div", { class: "span", title: "Drag to move the interval" });
   drag("both", span);
+  for (const part of [toggle, from, to])
+    for (const type of ["pointerenter", "focus"]) part.addEventListener(type, () => app.sunHours.expect());
   const light = el("div", { class: "light" });
   const marks = HOURS.map((hour) => {
     const mark = el("i", {}, hour);

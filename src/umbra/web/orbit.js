@@ -111,7 +111,14 @@ export class Orbit {
    * @param {number} heading @param {number} tilt [degrees]
    */
   look(heading, tilt) {
-    this.glide({ ...this.viewpoint, heading, tilt });
+    const { viewpoint, options } = this,
+      turned = { ...viewpoint, heading, tilt },
+      { target, distance } = options.frame(viewpoint);
+    // Who sees the whole model, and nothing nearer, sees all of it from there, too.
+    const isWhole =
+      measure(viewpoint.target, target) < 0.02 * distance &&
+      viewpoint.distance > 0.98 * distance;
+    this.glide(isWhole ? options.frame(turned) : turned);
   }
 
   /** @param {number} times above 1 to come nearer */

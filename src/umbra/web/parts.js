@@ -18,6 +18,15 @@ const STANDINGS = /** @type {[Standing, string][]} */ ([
   ["removed", "to be removed"],
   ["off", "off"],
 ]);
+/**
+ * A kind of CityGML or IFC in words: "WallSurface" is a wall, "IfcFlowTerminal" a flow terminal.
+ * @param {string} kind
+ */
+const nameKind = (kind) =>
+  kind
+    .replace(/^Ifc(?=[A-Z])|Surface$/g, "")
+    .replace(/[a-z](?=[A-Z])/g, "$& ")
+    .toLowerCase();
 const MODES = { after: "After", before: "Before", swipe: "Swipe", beside: "Side by side" };
 
 /**
@@ -171,7 +180,7 @@ export const makeParts = (app) => {
     const row = (/** @type {number} */ k) => {
       const { label, kinds } = things[k],
         where = now.standing.get(k) ?? "on",
-        about = kinds.slice(0, 3).join(", ");
+        about = kinds.slice(0, 3).map(nameKind).join(", ");
       return el(
         "li",
         { class: where },

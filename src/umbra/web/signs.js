@@ -17,6 +17,8 @@ import { project } from "./viewpoint.js";
  * @property {Day | null} day whose hours are written
  * @property {boolean} isNight whether the picture is dark
  * @property {{metres: number, isEverywhere: boolean} | null} scale metres of a pixel, and where
+ * @property {boolean} isNarrow whether the view's buttons and the sky of a place are below
+ * @property {number | null} divider where before and after meet, which no word may cover [pixels]
  * @property {boolean} hasPath
  * @property {boolean} hasCompass
  * @property {{position: Vec3, lit: boolean | null} | null} place
@@ -41,6 +43,8 @@ const INKS = /** @type {Record<string, [string, string]>} */ ({
 });
 const NIGHT_HALO = "rgba(14, 16, 30, 0.85)";
 const WINDS = ["N", "NE", "E", "SE", "S", "SW", "W", "NW"];
+const HANDLE = 20; // of the line between before and after: its reach [pixels]
+const AWAY = 14; // from an hour's dot to its name [pixels]
 const RIM = 40; // as far out of the picture a wind's name is drawn at its border [pixels]
 
 /**
@@ -77,8 +81,7 @@ export class SignPainter {
     for (const [from, to] of signs.distances) this.#drawDistance(from, to);
     if (signs.begun) this.#drawDot(signs.begun, LINE);
     if (signs.hasCross) this.#drawCross();
-    // On a phone the view's buttons and the sky of a place are below.
-    const isNarrow = this.wide < 560;
+    const { isNarrow } = signs;
     if (signs.scale) {
       const { metres, isEverywhere } = signs.scale;
       const left = isNarrow ? 8 : signs.legend ? LEGEND.wide + 28 : 14,
@@ -140,7 +143,12 @@ export class SignPainter {
    */
   #label(words, { x, y }, ink, size, weight) {
     const wide = size * 0.62 * words.length + 4,
-      high = size + 4;
+      high = size + 4,
+      { divider } = this.signs;
+    if (divider !== null) {
+      const gap = wide / 2 + (Math.abs(y - this.high / 2) < HANDLE ? HANDLE : 4);
+      if (Math.abs(x - divider) < gap) x = divider + (x < divider - 2 ? -gap : gap);
+    }
     if (
       this.taken.some(
         (box) =>
@@ -171,7 +179,9 @@ export class SignPainter {
 
   #drawPath() {
     const { signs, pen } = this,
-      { day, sun, dome, isHidden } = signs;
+      { day, sun, dome, isHidden } = signs,
+      sunPoint = dome.at(sun),
+      disc = isUp(sun) ? this.#at(sunPoint) : null;
     for (const { minutes, sun: there } of day?.hours ?? []) {
       const point = dome.at(there),
         spot = there.altitude > 0 && !isHidden(point) && this.#at(point);
@@ -180,24 +190,26 @@ export class SignPainter {
       pen.fillStyle = SUN_RIM;
       this.#circle(spot, 2.2);
       pen.fill();
-      this.#label(tellMinutes(minutes).slice(0, 2), out, "hour", 11, "500");
+      const [x, y] = [out.x - spot.x, out.y - spot.y],
+        away = disc && Math.hypot(spot.x - disc.x, spot.y - disc.y) < AWAY ? 1.7 * AWAY : AWAY,
+        times = Math.max(1, away / Math.max(Math.hypot(x, y), 1));
+      const at = { x: spot.x + x * times, y: spot.y + y * times };
+      this.#label(tellMinutes(minutes).slice(0, 2), at, "hour", 11, "500");
     }
-    const sunPoint = dome.at(sun),
-      at = isUp(sun) ? this.#at(sunPoint) : null;
-    if (!at) return;
+    if (!disc) return;
     if (isHidden(sunPoint)) {
       pen.globalAlpha = 0.35; // behind the model: its place can still be seen
-      this.#disc(at, 8, "rgba(255, 211, 83, 0.35)", SUN_RIM);
+      this.#disc(disc, 8, "rgba(255, 211, 83, 0.35)", SUN_RIM);
       pen.globalAlpha = 1;
       return;
     }
-    const glow = pen.createRadialGradient(at.x, at.y, 4, at.x, at.y, 20);
+    const glow = pen.createRadialGradient(disc.x, disc.y, 4, disc.x, disc.y, 20);
     glow.addColorStop(0, "rgba(255, 205, 70, 0.9)");
     glow.addColorStop(1, "rgba(255, 205, 70, 0)");
     pen.fillStyle = glow;
-    this.#circle(at, 20);
+    this.#circle(disc, 20);
     pen.fill();
-    this.#disc(at, 8, "#ffd353", SUN_RIM);
+    this.#disc(disc, 8, "#ffd353", SUN_RIM);
   }
 
   /** @param {{x: number, y: number}} middle @param {number} radius */

@@ -1,6 +1,6 @@
 // The sky above a place in words, numbers and a picture, and the same large in a dialog.
 
-import { readClock } from "./clock.js";
+import { readClock, tellDate } from "./clock.js";
 import { button, choice, el, fill } from "./dom.js";
 import { hang } from "./land.js";
 import { findOrigin } from "./place.js";
@@ -146,7 +146,7 @@ export const listSpells = ({ model, daylight }, { place, cast, date, sunlight })
   return el(
     "div",
     {},
-    el("p", { class: "quiet" }, `Sun on ${date}, the whole day`),
+    el("p", { class: "quiet" }, `Sun on ${tellDate(date)}, the whole day`),
     el("ul", { class: "sky-spells" }, ...rows),
   );
 };

@@ -32,6 +32,7 @@ const exposeSun = (rise) => {
   return { intensity: BRIGHTEST, bend: Math.log(RISE / BRIGHTEST) / Math.log(Math.max(rise, 1e-6)) };
 };
 
+const NARROW = 760; // as in page.css [CSS pixels]
 const MOST_FINE = 9e6; // pixels with several samples each
 const NIGHTFALL = -3; // altitude of the sun below which words are light [degrees]
 
@@ -136,7 +137,6 @@ export class Stage {
     renderer.setStyle({
       skylight: isLit && !state.hasSunHours ? UNDER_SUN : 1,
       ...(state.hasSunHours ? DAY : findColors(isBehind ? 0 : altitude)),
-      edges: state.hasEdges,
     });
     renderer.clip = app.plane;
     renderer.setViews(this.#findViews(state, wide, high));
@@ -147,8 +147,9 @@ export class Stage {
     const now = performance.now(),
       dot = window.devicePixelRatio || 1;
     renderer.hours = times ? app.sunHours.findAll(state, dot * times) : app.sunHours.find(state);
-    // Hours that are still being counted are drawn again soon: one sample will do.
+    // Hours that are still being counted are drawn again soon: one sample will do, and no edges.
     const isPassing = renderer.hours !== null && !app.sunHours.isWhole;
+    renderer.setStyle({ edges: state.hasEdges && !(isPassing && !app.sunHours.isMoving) });
     const level = times ? 0 : Math.max(this.quality.begin(now), Number(isPassing));
     const { samples, scale } = LEVELS[level];
     const ratio = dot * (times || scale);
@@ -292,6 +293,8 @@ export class Stage {
       isHidden: this.#findHidden(state, dome, app.seen[isAfter ? "after" : "before"]),
       isNight: this.#isNight(state),
       scale: this.#findScale(state),
+      isNarrow: app.root.clientWidth <= NARROW,
+      divider: state.compare === "swipe" ? Math.round(this.size.wide * state.swipe) : null,
       hasPath: state.hasPath,
       hasCompass: state.hasCompass,
       distances: state.distances,

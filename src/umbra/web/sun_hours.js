@@ -126,13 +126,18 @@ export class SunHours {
     return this.#sum(coarse, [...some.keys()]);
   }
 
-  /** Count some instants at each pixel. */
+  /** Count some instants at each pixel, and draw them, or all if they are counted. */
   #countSome() {
+    const { fine, some } = this.#countChosen();
+    this.isWhole = this.#isCounted;
+    return this.#sum(fine, this.isWhole ? this.wanted : some);
+  }
+
+  #countChosen() {
     const fine = this.#begin(),
       some = this.#choose("fine");
     for (const k of some) if (!fine.isCounted[k]) fine.count(k);
-    this.isWhole = this.#isCounted;
-    return this.#sum(fine, this.isWhole ? this.wanted : some);
+    return { fine, some };
   }
 
   /** The masks of all pixels, begun for the view. */
@@ -141,6 +146,15 @@ export class SunHours {
     if (this.begun !== this.key) fine.begin(window.devicePixelRatio || 1, this.#directions());
     this.begun = this.key;
     return fine;
+  }
+
+  /** Count the first instants before hours are asked for: a pointer is at what asks for them. */
+  expect() {
+    const state = { ...this.app.state, hasSunHours: true };
+    if (this.app.state.hasSunHours || !this.#prepare(state)) return;
+    this.key = this.#tellView(state);
+    this.#countChosen();
+    this.renderer.device.gl.flush();
   }
 
   /**
@@ -250,7 +264,8 @@ export class SunHours {
     if (!masks || renderer.isLost) return;
     const fine = this.#begin(),
       isOpen = (/** @type {number} */ k) => !fine.isCounted[k];
-    while (this.queued < QUEUED) {
+    const isDone = () => this.#isCounted && !this.isWhole;
+    while (!isDone() && this.queued < QUEUED) {
       const own = this.wanted.filter(isOpen),
         others = steps.map((_, k) => k).filter(isOpen);
       const size = Math.max(1, Math.min(32, Math.round(MOMENT / this.costs.fine)));
@@ -266,11 +281,10 @@ export class SunHours {
         this.queued -= 1;
         if (this.turn === turn) this.#refine();
       });
-      if (!own.length || own.length > next.length) continue;
-      this.app.redraw(); // which waits for the card as all that it is asked for
-      this.#halt();
-      return;
     }
+    if (!isDone()) return;
+    this.#halt();
+    this.app.redraw(); // the card draws it after what it was given to count
   }
 
   /**

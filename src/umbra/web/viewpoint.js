@@ -129,19 +129,27 @@ export const pan = (view, right, up) => {
 export const frame = (view, bounds, aspect, places = []) => {
   const { right, up, forward } = findAxes(view),
     tan = Math.tan((view.fov * RADIANS) / 2);
-  const target = move(bounds[0], move(bounds[1], bounds[0], -1), 0.5);
-  let distance = Math.max(measure(bounds[0], bounds[1]) / 4, 1e-3);
+  const middle = move(bounds[0], move(bounds[1], bounds[0], -1), 0.5);
   const corners = Array.from(
     { length: 8 },
     (_, k) => /** @type {Vec3} */ ([0, 1, 2].map((axis) => bounds[(k >> axis) & 1][axis])),
   );
-  for (const point of [...corners, ...places]) {
-    const from = move(point, target, -1);
-    const across = Math.max(Math.abs(dot(from, right)) / aspect, Math.abs(dot(from, up)));
-    const before = isPlan(view) ? 0 : dot(from, forward);
-    distance = Math.max(distance, (across / tan) * MARGIN - before);
-  }
-  return { ...view, target, distance };
+  const ways = [...corners, ...places].map((point) => move(point, middle, -1));
+  // In the picture's plane a place at x and depth z lies in a picture about a at distance d if
+  // |x - a| <= slope (d + z): of all places this leaves the a between two bounds.
+  const fit = (/** @type {Vec3} */ axis, /** @type {number} */ slope) => {
+    const depths = ways.map((way) => (isPlan(view) ? 0 : slope * dot(way, forward)));
+    const least = Math.max(...ways.map((way, k) => dot(way, axis) - depths[k])),
+      most = Math.min(...ways.map((way, k) => dot(way, axis) + depths[k]));
+    return { aside: (least + most) / 2, away: (least - most) / (2 * slope) };
+  };
+  const across = fit(right, (tan * aspect) / MARGIN),
+    upward = fit(up, tan / MARGIN);
+  return {
+    ...view,
+    target: move(move(middle, right, across.aside), up, upward.aside),
+    distance: Math.max(across.away, upward.away, measure(bounds[0], bounds[1]) / 4, 1e-3),
+  };
 };
 
 /**

@@ -34,6 +34,7 @@ from umbra.writers.title_block import (
     draw_moments,
     draw_sun_path,
     find_moment_height,
+    find_type,
 )
 
 __all__ = [
@@ -50,6 +51,8 @@ PAPERS = {"a3": (420 / 25.4, 297 / 25.4), "a1": (841 / 25.4, 594 / 25.4)}
 """Width and height of the papers [inch]."""
 CAPTION, GAP, AXIS = 0.28, 0.22, 0.7  # above a map, between them, and left of one [inch]
 FOOT = 0.5  # of the note [inch]
+AXES = 0.35  # below an elevation that is turned, for its axis [inch]
+CORNER = 4.0  # least width between the elevations in which moments stand, on A3 [inch]
 SCALES = (10, 20, 50) + tuple(
     n * 10**power for power in range(6) for n in (100, 125, 200, 250, 500)
 )
@@ -71,6 +74,7 @@ class Arrangement:
     scale: int  # 500 where a metre is 2 mm long
     plan: Size  # width and height of the plan for which there is room [m]
     paper: str = "a3"
+    has_row: bool = True  # of moments at the foot; else they stand in the corner
 
     @property
     def per_metre(self) -> float:
@@ -78,18 +82,18 @@ class Arrangement:
         return 1000 / 25.4 / self.scale
 
 
-def find_room(paper: str = "a3") -> Size:
+def find_room(paper: str = "a3", *, has_row: bool = True) -> Size:
     """Return the width and height that plan and elevations have together [inch]."""
-    wide, high = PAPERS[paper]
-    width = wide - 2 * MARGIN - BLOCK - 2 * GAP
-    return width, high - 2 * MARGIN - FOOT - find_moment_height(high)
+    (wide, high), larger = PAPERS[paper], find_type(PAPERS[paper][1])
+    row = find_moment_height(high) if has_row else 0.0
+    return wide - 2 * MARGIN - BLOCK * larger - 2 * GAP, high - 2 * MARGIN - FOOT * larger - row
 
 
-def find_free(scale: int, elevations: Sequence[Size], paper: str) -> Size:
+def find_free(scale: int, elevations: Sequence[Size], paper: str, *, has_row: bool = True) -> Size:
     """Return the size of the plan that a scale leaves room for [m]."""
     inch = 1000 / 25.4 / scale
     south, east, north, west = elevations
-    width, height = find_room(paper)
+    width, height = find_room(paper, has_row=has_row)
     wide = width - AXIS - 2 * (CAPTION + GAP) - (east[1] + west[1]) * inch
     high = height - CAPTION - 2 * (CAPTION + GAP) - (south[1] + north[1]) * inch
     return wide / inch, high / inch
@@ -101,15 +105,28 @@ def arrange(need: Size, most: Size, elevations: Sequence[Size], paper: str = "a3
 
     The plan takes at least ``need``, the model and relevant shadows, and at most ``most``; sizes
     are (width, height) [m], elevations those from south, east, north and west. A plan that may grow
-    fills the paper; one that may not takes a finer scale.
+    fills the paper; one that may not takes a finer scale. The moments stand in the corner between
+    the elevations, if it is large, and leave their row at the foot to the maps.
     """
+    free = _arrange(need, most, elevations, paper, has_row=False)
+    room = find_room(paper, has_row=False)
+    corner = [have - of * free.per_metre for have, of in zip(room, free.plan, strict=True)]
+    if min(corner[0], 1.4 * corner[1]) >= CORNER * find_type(PAPERS[paper][1]):
+        return free
+    return _arrange(need, most, elevations, paper, has_row=True)
+
+
+def _arrange(
+    need: Size, most: Size, elevations: Sequence[Size], paper: str, *, has_row: bool
+) -> Arrangement:
+    """Choose the scale, with or without a row of moments."""
     for scale in SCALES if not np.isfinite(most).all() else FINER_SCALES:
-        free = find_free(scale, elevations, paper)
+        free = find_free(scale, elevations, paper, has_row=has_row)
         long = max(elevations[0][0], elevations[2][0]), max(elevations[1][0], elevations[3][0])
         if all(have >= max(side) for have, side in zip(free, zip(need, long), strict=True)):
             plan = [min(have, max(end, own)) for have, end, own in zip(free, most, long)]
-            return Arrangement(scale, (plan[0], plan[1]), paper)
-    return Arrangement(SCALES[-1], need, paper)
+            return Arrangement(scale, (plan[0], plan[1]), paper, has_row)
+    return Arrangement(SCALES[-1], need, paper, has_row)
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,25 +158,26 @@ def make_elevations_sheet(
     """
     content = content or SheetContent()
     width, height = (to_pixels(side) for side in PAPERS[arrangement.paper])
-    leaf, first = Leaf(width, height), maps[0][1]
+    larger, leaf, first = find_type(height), Leaf(width, height), maps[0][1]
+    block, foot = BLOCK * larger, FOOT * larger
     scale = f"1:{arrangement.scale:,}".replace(",", "\u2009")
     panels = _place_panels(leaf, arrangement, maps, content.offset)
     for k, (panel, (name, _, day)) in enumerate(zip(panels, maps, strict=True)):
         x, y, w, h = panel.map_box
         # The last one's name may be wider than it, and ends where it ends.
         at, side = (x + w, "right") if k == WEST else (x, "left")
-        caption = name.partition(" ")[0] if w < NARROW else name
-        panel.write(at, y + h + 0.08, caption, SUBTITLE, weight="bold", ha=side)
+        caption = name.partition(" ")[0] if w < NARROW * larger else name
+        panel.write(at, y + h + 0.08, caption, SUBTITLE * larger, weight="bold", ha=side)
         shown = replace(day, hours=_turn(day.hours, k)) if k in _TURNED else day
         fill_hours(panel, shown, max_hours, show)
         _draw_axes(panel, is_turned=k in _TURNED)
-    key_x, bottom = width - MARGIN - BLOCK, MARGIN + FOOT
-    top = draw_block(panels[0], (key_x, height - MARGIN, BLOCK), content.logo, scale)
-    draw_scale_bar(panels[0], key_x, top - 0.36, BLOCK - 0.8)
-    draw_north(panels[0], key_x + BLOCK - 0.22, top - 0.42)
-    rose = draw_sun_path(panels[0], content.sun, (key_x, bottom - FOOT + 0.1, BLOCK))
-    key_box = (key_x, bottom + rose - FOOT + 0.3, KEY_WIDTH, top - 0.7 - bottom - rose + FOOT - 0.3)
-    sheet = Sheet.of_panels(panels, key_box)
+    key_x, bottom = width - MARGIN - block, MARGIN + foot
+    top = draw_block(panels[0], (key_x, height - MARGIN, block), content.logo, scale, larger)
+    draw_scale_bar(panels[0], key_x, top - 0.36, block - 0.8)
+    draw_north(panels[0], key_x + block - 0.22, top - 0.42)
+    rose = draw_sun_path(panels[0], content.sun, (key_x, MARGIN + 0.1, block), larger)
+    low = MARGIN + rose + 0.3
+    sheet = Sheet.of_panels(panels, (key_x, low, KEY_WIDTH, top - 0.7 - low))
     if max_hours > 0:
         swatches = [
             *list_dark([day for _, _, day in maps]),
@@ -170,19 +188,29 @@ def make_elevations_sheet(
     paper = arrangement.paper.upper()
     size = " x ".join(f"{side * 25.4:.0f}" for side in PAPERS[arrangement.paper])
     if content.moments and content.moments_plan is not None:
-        draw_moments(
-            leaf, content.moments_plan, content.moments, (MARGIN, bottom, wide),
-            find_moment_height(height),
-        )  # fmt: skip
+        place = MARGIN, bottom, wide, find_moment_height(height)
+        if not arrangement.has_row:
+            place = _find_corner(panels, bottom, key_x - GAP)
+        draw_moments(leaf, content.moments_plan, content.moments, place, larger)
     note = f"{scale} on {paper} ({size} mm) · {first.foot}"
-    _write_note(panels[0], note, wide)
+    _write_note(panels[0], note, wide, SMALL * larger)
     return sheet
 
 
-def _write_note(panel: Panel, note: str, wide: float) -> None:
+def _find_corner(
+    panels: Sequence[Panel], bottom: float, right: float
+) -> tuple[float, float, float, float]:
+    """Return the place (x, y, width, height) below the turned elevations, right of the others."""
+    boxes = [panel.map_box for panel in panels]
+    left = max(boxes[k][0] + boxes[k][2] for k in (1, 3)) + 2 * GAP
+    top = min(boxes[k][1] for k in (0, *_TURNED)) - AXES
+    return left, bottom, right - left, top - bottom
+
+
+def _write_note(panel: Panel, note: str, wide: float, size: float) -> None:
     """Write how the sheet was made at its foot."""
-    for n, line in enumerate(reversed(wrap(note, SMALL, wide)[:3])):
-        panel.write(MARGIN, MARGIN + n * SMALL * LINE, line, SMALL, color=QUIET)
+    for n, line in enumerate(reversed(wrap(note, size, wide)[:3])):
+        panel.write(MARGIN, MARGIN + n * size * LINE, line, size, color=QUIET)
 
 
 def _place_panels(
@@ -194,7 +222,7 @@ def _place_panels(
     """Place the plan at the upper left, and each elevation on its axis."""
     inch = arrangement.per_metre
     top = leaf.height - MARGIN - CAPTION
-    room = find_room(arrangement.paper)
+    room = find_room(arrangement.paper, has_row=arrangement.has_row)
     plans = [plan for _, plan, _ in maps]
     sizes = [(x1 - x0, y1 - y0) for x0, x1, y0, y1 in (plan.extent for plan in plans)]
     wide, high = (side * inch for side in sizes[0])

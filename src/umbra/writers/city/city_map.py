@@ -14,6 +14,7 @@ from umbra.writers.city.city_plan import CityPlan
 from umbra.writers.city.overview import shrink_hours
 from umbra.writers.city.store_window import StoredTile
 from umbra.writers.folder.captions import find_mean, outline_areas
+from umbra.writers.folder.foot import tell_steps
 from umbra.writers.picture_content import MISSING
 from umbra.writers.pixels import NO_SUN, paint_shares, shade_ramp, write_png
 from umbra.writers.proof.drawing import COLORS
@@ -61,7 +62,9 @@ def make_city_map(plan: CityPlan, areas: Sequence[Area], verdicts: Mapping[str, 
         f'named areas by verdict"><image href="{make_address(png)}" {place} '
         f'preserveAspectRatio="none" class="pixels"/>{shapes}{_draw_scale(wide, high)}</svg>'
     )
-    return f"{_make_key(most, words, {verdicts.get(one.name, '') for one in areas})}{svg}"
+    steps = "" if plan.job.options.exact else tell_steps(plan.study, plan.job.options)
+    key = _make_key(most, words, {verdicts.get(one.name, "") for one in areas}, steps)
+    return f"{key}{svg}"
 
 
 def _read(
@@ -166,8 +169,8 @@ def _draw_scale(wide: float, high: float) -> str:
     )
 
 
-def _make_key(most: float, words: str, verdicts: set[str]) -> str:
-    """Return the key of the colours."""
+def _make_key(most: float, words: str, verdicts: set[str], steps: str) -> str:
+    """Return the key of the colours, and from what steps of the sun their hours are."""
     file = io.BytesIO()
     ramp = np.rint(shade_ramp(128)[::-1] * 255).astype(np.uint8)
     write_png(file, np.ascontiguousarray(ramp[None]))
@@ -185,5 +188,6 @@ def _make_key(most: float, words: str, verdicts: set[str]) -> str:
         f'<span class="no-sun"><svg viewBox="0 0 14 12"><rect width="14" height="12" '
         f'fill="rgb({dark})"/></svg>no sun</span><span class="no-sun"><svg viewBox="0 0 14 12">'
         f'<rect width="14" height="12" fill="rgb({roof})"/></svg>buildings</span>{marks}'
+        f'<span class="quiet">{f"sun {steps}" if steps else ""}</span>'
         "</div></div>"
     )

@@ -53,7 +53,7 @@ def draw_sheet(job: FolderJob, plan: Plan) -> list[str]:
     Returns the names of the files: of several dates one for each, all on one scale.
     """
     study, scene, options = job.study, job.scene, job.options
-    boxes = [_find_box(scene, study, side) for side in _SIDES]
+    boxes = [_find_box(scene, study, side, options.extent) for side in _SIDES]
     sizes = [(float(box[2] - box[0]), float(box[3] - box[1])) for box in boxes]
     need, most = find_window(study, plan, options)
     arrangement = arrange(tuple(np.ptp(need, axis=0)), most, sizes, job.outputs.paper)
@@ -229,9 +229,29 @@ def _redraw(plan: Plan, seen: Study) -> Plan:
     )
 
 
-def _find_box(scene: Scene, study: Study, side: str) -> tuple[float, float, float, float]:
-    """Return the extent of an elevation, from the ground up."""
-    low, high = Elevation.of(COMPASS[side], study.true_north).find_extent(scene)
-    room = _MARGIN * float(high[0] - low[0]) + 1e-3
-    top = max(float(high[1]), study.ground) + min(room, 0.1 * float(high[1] - low[1]) + 1e-3)
+def _find_box(
+    scene: Scene, study: Study, side: str, extent: Sequence[float] | None
+) -> tuple[float, float, float, float]:
+    """Return the extent of an elevation, from the ground up; along a plan's extent, if given."""
+    view = Elevation.of(COMPASS[side], study.true_north)
+    low, high = view.find_extent(scene)
+    if extent is not None:
+        x, y = np.array(extent)[[[0, 0, 2, 2], [1, 3, 1, 3]]]
+        ends = np.column_stack([x, y, np.zeros(4)]) @ np.array(view.right)
+        start, end = max(float(ends.min()), float(low[0])), min(float(ends.max()), float(high[0]))
+        if start < end:
+            tops = _find_tops(scene, np.array([view.right, view.up]), start, end)
+            low, high = np.array([start, low[1]]), np.array([end, max(tops, study.ground)])
+    room = _MARGIN * float(high[0] - low[0]) * (extent is None) + 1e-3
+    top = max(float(high[1]), study.ground)
+    top += min(_MARGIN * float(high[0] - low[0]) + 1e-3, 0.1 * float(high[1] - low[1]) + 1e-3)
     return float(low[0]) - room, study.ground, float(high[0]) + room, max(top, study.ground + room)
+
+
+def _find_tops(scene: Scene, axes: NDArray[np.float64], start: float, end: float) -> float:
+    """Return the greatest height of the triangles between two places along an elevation [m]."""
+    soup = scene.triangles(scene.list_own())
+    corners = (soup.vertices[soup.faces] + scene.origin) @ axes.T
+    across = corners[..., 0]
+    inside = (across.max(1) > start) & (across.min(1) < end)
+    return float(corners[inside][..., 1].max(initial=-np.inf))

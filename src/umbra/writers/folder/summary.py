@@ -230,7 +230,7 @@ def tell_sun(
     what = counted.tell_whole() if what == counted.unit else f"{what} ({counted.tell_whole()})"
     share = f" ({100 * mean / whole:.3g} % of the possible)" if is_sum else ""
     told = f"{prefix} sun reaches {what} for {say_hours(mean)} of {say_hours(whole)} on average"
-    return f"{told}{share}, and {say_share(never)} never"
+    return f"{told}{share}; {f'{say_share(never)} gets none' if never else 'all gets some'}"
 
 
 def say_share(share: float) -> str:

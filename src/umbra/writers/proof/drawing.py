@@ -1,5 +1,6 @@
 """The plan of a proof: buildings, the proposal, areas and windows by verdict, and the lines."""
 
+import datetime as dt
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -12,6 +13,7 @@ from umbra.ground.level import TERRAIN
 from umbra.packages import need
 from umbra.rules.record import Condition
 from umbra.rules.words import MEASURES, tell_hours
+from umbra.sun import name_date
 from umbra.sun.clock import parse_duration
 from umbra.verdicts.judge import RuleVerdict
 from umbra.verdicts.judged_receivers import Gathered
@@ -248,8 +250,9 @@ def _trace(shapely: Any, sunlight: SunlightOf) -> list[Line]:
                 if shapely.get_type_id(part) == 1
             ]
         if lines:
-            short = tell_hours(limit) + (f", {date}" if limits.count(limit) > 1 else "")
-            label = f"{tell_hours(limit)} of {MEASURES[of].words}, {date}"
+            day = name_date(dt.date.fromisoformat(date))
+            short = tell_hours(limit) + (f", {day}" if limits.count(limit) > 1 else "")
+            label = f"{tell_hours(limit)} of {MEASURES[of].words}, {day}"
             drawn.append(Line(lines, label, short))
     return drawn
 

@@ -4,6 +4,7 @@ import datetime as dt
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from umbra.sun import name_date
 from umbra.writers.paper import SMALL, Leaf, Paper, measure_text
 from umbra.writers.proof.book import MARGIN, SIZES, Book, Titles
 from umbra.writers.proof.column import Brief, draw_column
@@ -96,4 +97,4 @@ def _draw_alone(drawing: Drawing, true_north: float) -> Leaf:
 
 def today() -> str:
     """Return the date of the sheet."""
-    return dt.datetime.now(dt.UTC).date().isoformat()
+    return name_date(dt.datetime.now(dt.UTC).date())

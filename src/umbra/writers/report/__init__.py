@@ -30,6 +30,7 @@ from umbra.study.timeline import (
     make_timeline,
 )
 from umbra.sun.clock import say_hours
+from umbra.verdicts.outcome import FAIL
 from umbra.web.bundle import bundle, read_asset
 from umbra.web.pack import pack_model
 from umbra.web.page import make_policy
@@ -135,6 +136,7 @@ def write_report(  # noqa: PLR0913  (each part of the page by its name)
         instants = timeline or make_timeline(study)
         pins = [pin for table in tables for pin in table.pins]
         data = make_plan_data(study, plan, instants, pins, proposed) | {"fine": fine}
+        data["failing"] = _list_failing(tables)
         has_own_hours = "hours" in data
         told = tell_plan(study, instants, has_own_hours)
         parts = _WORDS["plan"] | {"script": _read_scripts(PLAN)}
@@ -280,6 +282,16 @@ def _read(name: str) -> str:
 def _read_scripts(own: Sequence[str]) -> str:
     """Join the script's files, in an order in which each knows what it uses."""
     return "\n".join(_read(f"{name}.js") for name in (*COMMON, *own, *STAGE))
+
+
+def _list_failing(tables: Sequence[Table]) -> list[str]:
+    """List the names in rows with the verdict "fail", each once."""
+    failing: dict[str, None] = {}
+    for table in tables:
+        if {"name", "verdict"} <= {*table.columns}:
+            name, verdict = (table.columns.index(column) for column in ("name", "verdict"))
+            failing |= {str(row[name]): None for row in table.rows if row[verdict] == FAIL}
+    return list(failing)
 
 
 def _sum_up(study: Study) -> list[tuple[str, str]]:

@@ -1,8 +1,9 @@
 // Named areas over a plan: outlines, names, and the way between the map and their table.
 
 const makeAreas = (pen, map, place) => {
+  const failing = new Set(data.failing || []);
   const list = (data.areas || []).map(({ name, rings, x, y }) => ({
-    name, spot: place(x, y), rings: rings.map((ring) => ring.map(([a, b]) => place(a, b))),
+    name, label: failing.has(name) ? `${name}: fail` : name, spot: place(x, y), rings: rings.map((ring) => ring.map(([a, b]) => place(a, b))),
   }));
   const MOST_NAMES = 40;
   let marked = -1;
@@ -39,16 +40,16 @@ const makeAreas = (pen, map, place) => {
       }
     });
     pen.textAlign = "center";
-    // The chosen area's name first; one that would lie on another is left to the row below the map.
-    const named = list.slice(0, MOST_NAMES), taken = [];
-    if (marked > 0) named.unshift(list[marked]);
-    for (const { name, spot } of named) {
+    // The chosen area's name first, then those that fail; one that would lie on another is left out.
+    const weight = (area) => 2 * (area === list[marked]) + failing.has(area.name);
+    const named = [...list].sort((one, other) => weight(other) - weight(one)).slice(0, MOST_NAMES), taken = [];
+    for (const { label, spot } of named) {
       const x = left + spot[0] * across, y = top + spot[1] * down;
       pen.font = `${12 * dot}px system-ui, sans-serif`;
-      const half = pen.measureText(name).width / 2;
+      const half = pen.measureText(label).width / 2;
       if (taken.some(([a, b, reach]) => Math.abs(x - a) < half + reach && Math.abs(y - b) < 13 * dot)) continue;
       taken.push([x, y, half]);
-      halo(name, x, y, dot);
+      halo(label, x, y, dot);
     }
     pen.textAlign = "start";
   };

@@ -60,10 +60,19 @@ const dress = (section, onRow) => {
   });
   field.addEventListener("input", choose);
   more.addEventListener("click", () => { shown += STEP; lay(); });
-  // Paper has no button for more rows.
-  let before = shown;
-  addEventListener("beforeprint", () => { before = shown; shown = matching.length; lay(); });
-  addEventListener("afterprint", () => { shown = before; lay(); });
+  // Paper has no button for more rows; there a long table of few columns stands beside itself, head and all.
+  let before = shown, second = null;
+  const rejoin = () => { if (second) second.remove(); second = null; };
+  const halve = () => {
+    if (!table.parentElement.matches(".narrow") || matching.length < 2) return;
+    second = table.cloneNode();
+    const rest = document.createElement("tbody");
+    rest.append(...[...body.rows].slice(Math.ceil(matching.length / 2)));
+    second.append(table.tHead.cloneNode(true), rest);
+    table.after(second);
+  };
+  addEventListener("beforeprint", () => { rejoin(); before = shown; shown = matching.length; lay(); halve(); });
+  addEventListener("afterprint", () => { rejoin(); shown = before; lay(); });
   if (rows.length > 8) table.parentElement.before(bar);
   table.parentElement.after(more);
   if (onRow) body.addEventListener("click", (event) => {
