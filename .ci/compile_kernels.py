@@ -24,6 +24,7 @@ SKY = {"measure": "sky_view_factor,sky_component,sky_blocked_by", "who": "T*"}
 STUDIES = [
     {"receivers": "ground", **DAY},
     {"receivers": "surfaces", **DAY, "by": "part"},
+    {"receivers": "ground", **DAY, "ground": "feet"},
     {"receivers": "points", **DAY, "spells": True},
     {"receivers": "points", **SKY, "exact": True},
     {"receivers": "top", **DAY, "proposed": "Tower", "by": "part", "exact": True},

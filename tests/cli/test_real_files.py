@@ -26,10 +26,11 @@ ON_SLOPES = ("vienna_lod2.city.jsonl", "zurich_lod2.city.json")
 
 def find_roofed(path, result):
     """Find the cells with anything of the model above them, by rays from below."""
+    scene = umbra.read(path)
     x, y = np.meshgrid(result.x, result.y)
-    below = np.full(x.shape, umbra.read(path).bounds()[0, 2] - 1)
+    below = np.full(x.shape, scene.bounds()[0, 2] - 1)
     points = np.stack([x, y, below], -1).reshape(-1, 3)
-    return umbra.count(umbra.read(path), points, [(0, 0, 1)])[:, 0].reshape(x.shape) != 0
+    return umbra.count(scene, points, [(0, 0, 1)])[:, 0].reshape(x.shape) != 0
 
 
 @pytest.mark.parametrize("receivers", ["ground", "top"])

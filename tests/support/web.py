@@ -9,6 +9,9 @@ import numpy as np
 from umbra.web.bundle import bundle
 from umbra.web.pack import pack_model
 
+SMALL = (320, 200)
+"""A page's own shape, for its picture where there is no WebGL: in full that takes a second."""
+
 SCRIPT = """
 window.load = async (base64, width, height, options) => {
   const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));

@@ -5,6 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from support.cities import DAY, make_houses, write_city
+from support.sweeps import sample_cases
 
 import umbra
 from umbra.lights import Horizon
@@ -65,7 +66,8 @@ def groups(monkeypatch):
 @pytest.mark.parametrize("more", [{}, {"spells": True}])
 def test_tiles_hold_the_bytes_of_one_study(city, tmp_path, receivers, more):
     options = {**DAY, **more, "receivers": receivers, "cell": 2.0, "extent": EXTENT}
-    made, whole = check_tiles(city, tmp_path, SIDES, **options)
+    sides = sample_cases(SIDES, 2, len(more))
+    made, whole = check_tiles(city, tmp_path, sides, **options)
     assert 0.1 < float(whole.shadow_hours.mean() / 7.5) < 0.9
     assert made.facts["merged_objects"] == 3
 
@@ -122,10 +124,11 @@ def test_surfaces_are_in_the_order_of_files_for_any_tiles(city, tmp_path, more):
     options = {**DAY, **more, "receivers": "surfaces", "spacing": 3.0}
     found = [
         umbra.city_study(city, out=tmp_path / str(side), tiles=side, **options).dataset.load()
-        for side in SIDES
+        for side in (SIDES if not more else SIDES[1:])
     ]
     for other in found[1:]:
         compare(other, found[0])
+    assert len(found) > 1
     assert len(found[0].part) == 60 + 60 + 4  # the three in both files once
     # One scene of the files without duplicates.
     scene = umbra.read(*city)
@@ -252,7 +255,8 @@ def test_hours_due_to_groups_are_those_of_one_study(quarter, tmp_path, receivers
         **DAY, **more, "receivers": receivers, "cell": 2.0,
         "extent": (84960, 446960, 85280, 447180),
     }  # fmt: skip
-    made, whole = check_tiles(quarter, tmp_path, (3000, 110, 64), **options)
+    sides = sample_cases((3000, 110, 64), 2, len(more))
+    made, whole = check_tiles(quarter, tmp_path, sides, **options)
     if "proposed" in more:
         rows = list_neighbours(made.folder)
         assert [row["name"] for row in rows] == whole.neighbour.values.tolist()

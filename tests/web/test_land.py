@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 from PIL import Image
 from support.shapes import box
+from support.web import SMALL
 
 import umbra
 from umbra.errors import InputError
@@ -54,7 +55,15 @@ def test_a_page_of_a_study_with_land(page, tmp_path):
     study = umbra.shadow_study(scene, SITE, ground=0.0, **asked)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        umbra.show(scene, SITE, date="2026-03-21", at="07:30", study=study, out=tmp_path / "p.html")
+        umbra.show(
+            scene,
+            SITE,
+            date="2026-03-21",
+            at="07:30",
+            study=study,
+            size=SMALL,
+            out=tmp_path / "p.html",
+        )
     page.open(tmp_path / "p.html", READY)
     own = list(PLACE)
     page.ask(
@@ -90,8 +99,8 @@ def test_a_view_with_land_and_no_study(page, tmp_path):
     """The land of ``horizon=``: dusk, and a poster without sun as the page draws none."""
     scene = umbra.make_scene(*box((-5, -5, 0), (5, 5, 30)), name="tower").with_facts(ground=0.0)
     when = {"date": "2026-03-21", "at": "07:30"}
-    umbra.show(scene, SITE, horizon=RIDGE, out=tmp_path / "land.html", **when)
-    umbra.show(scene, SITE, out=tmp_path / "open.html", **when)
+    umbra.show(scene, SITE, horizon=RIDGE, size=SMALL, out=tmp_path / "land.html", **when)
+    umbra.show(scene, SITE, size=SMALL, out=tmp_path / "open.html", **when)
     shown = {}
     for name in ("land", "open"):
         page.open(tmp_path / f"{name}.html", READY)
@@ -105,5 +114,5 @@ def test_a_view_with_land_and_no_study(page, tmp_path):
     assert shown["land"]["light"] < 0.9 * shown["open"]["light"]
     study = umbra.shadow_study(scene, SITE, date="2026-03-21", cell=4.0)
     with pytest.raises(InputError) as caught:
-        umbra.show(scene, SITE, study=study, horizon=RIDGE, out=tmp_path / "two.html")
+        umbra.show(scene, SITE, study=study, horizon=RIDGE, size=SMALL, out=tmp_path / "two.html")
     assert caught.value.option == "horizon"

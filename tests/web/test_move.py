@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from support.shapes import box
-from support.web import describe_camera
+from support.web import SMALL, describe_camera
 
 import umbra
 from umbra.cpu.frame import FrameCounter
@@ -46,7 +46,7 @@ def live(page, files, tmp_path):
     def open_page(**options):
         scene = umbra.read(*files, **options)
         umbra.show(scene, VIENNA, date="2026-06-21", at="15:00", proposed="new", ground=0,
-                   out=tmp_path / "scene.html")  # fmt: skip
+                   size=SMALL, out=tmp_path / "scene.html")  # fmt: skip
         page.resize(1000, 700)
         page.open(tmp_path / "scene.html", READY)
         return page
@@ -212,7 +212,14 @@ def test_handles_numbers_undo_and_links(live):
 
 
 def test_the_page_without_a_proposal_has_no_handle(page, files, tmp_path):
-    umbra.show(umbra.read(*files), VIENNA, date="2026-06-21", at="15:00", out=tmp_path / "s.html")
+    umbra.show(
+        umbra.read(*files),
+        VIENNA,
+        date="2026-06-21",
+        at="15:00",
+        size=SMALL,
+        out=tmp_path / "s.html",
+    )
     page.resize(1000, 700)
     page.open(tmp_path / "s.html", READY)
     hidden = "[...document.querySelectorAll('.handles, .numbers')].every((e) => !e.offsetParent)"

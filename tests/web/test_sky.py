@@ -6,6 +6,7 @@ from datetime import datetime
 import numpy as np
 import pytest
 from support.shapes import box
+from support.web import SMALL
 
 import umbra
 from umbra.sky.projections import PROJECTIONS, find_projection
@@ -42,7 +43,7 @@ def town():
 @pytest.fixture(scope="module")
 def written(town, tmp_path_factory):
     path = tmp_path_factory.mktemp("sky") / "scene.html"
-    umbra.show(town, VIENNA, date=DATE, at="15:00", out=path)
+    umbra.show(town, VIENNA, date=DATE, at="15:00", size=SMALL, out=path)
     return path
 
 
@@ -106,7 +107,9 @@ def test_a_sky_is_used_by_keys_on_a_phone_and_closed_by_escape(page, written):
 
 
 def test_what_stood_before_a_proposal_has_its_own_sky(page, town, tmp_path):
-    umbra.show(town, VIENNA, date=DATE, proposed="high-rise", out=tmp_path / "both.html")
+    umbra.show(
+        town, VIENNA, date=DATE, proposed="high-rise", size=SMALL, out=tmp_path / "both.html"
+    )
     page.open(tmp_path / "both.html", READY)
     page.ask("umbra.set({compare: 'after'})")
     after = choose(page, (17, 3, 0), (0, 0, 1))

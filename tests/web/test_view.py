@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 from support.shapes import box
+from support.web import SMALL
 
 import umbra
 
@@ -21,7 +22,14 @@ def written(tmp_path_factory):
              for name, layer, low, high in (("a", "old", (-5, -5, 0), (5, 5, 30)),
                                             ("b", "new", (20, -8, 0), (34, 8, 45)),
                                             ("c", "old", (-40, 20, 0), (-20, 30, 6)))]  # fmt: skip
-    umbra.show(umbra.make_scene(parts, ground=0.0), VIENNA, date="2026-06-21", at="15:00", out=path)
+    umbra.show(
+        umbra.make_scene(parts, ground=0.0),
+        VIENNA,
+        date="2026-06-21",
+        at="15:00",
+        size=SMALL,
+        out=path,
+    )
     return path
 
 
@@ -68,7 +76,7 @@ def test_from_above_is_a_plan_with_a_scale(live):
 def test_first_views_and_those_from_above_are_filled_by_compass_and_path(page, tmp_path):
     low = umbra.make_scene(*box((0, 0, 0), (12, 12, 0.5)), ground=0.0)
     equator = umbra.Site(0.0, 0.0, "UTC")
-    umbra.show(low, equator, date="2026-03-21", at="15:00", out=tmp_path / "house.html")
+    umbra.show(low, equator, date="2026-03-21", at="15:00", size=SMALL, out=tmp_path / "house.html")
     for width, height in ((1300, 600), (390, 844)):
         page.resize(width, height)
         page.open(tmp_path / "house.html", READY)
@@ -105,17 +113,16 @@ def test_keys_work_wherever_the_focus_is_but_in_what_one_types(live):
     assert live.ask("umbra.orbit.viewpoint.tilt") == -20
 
 
-@pytest.mark.parametrize(("axis", "look"), [("level", (0, -89.9)), ("north", (180, -12)),
-                                            ("east", (270, -12))])  # fmt: skip
-def test_a_section_turns_the_view_to_its_cut(live, axis, look):
-    live.ask(f"(s => {{ s.value = '{axis}'; s.dispatchEvent(new Event('change')); }})"
-             "(document.querySelector('select[aria-label=Section]'))")  # fmt: skip
-    settle(live)
-    heading, tilt = live.ask("[umbra.state.viewpoint.heading, umbra.state.viewpoint.tilt]")
-    assert (heading % 360, tilt) == pytest.approx(look)
-    eye = live.ask("umbra.stage.renderer.camera.eye")
-    plane = live.ask("umbra.plane")
-    assert np.dot(plane[:3], eye) + plane[3] < 0  # on the side that is cut away
+def test_a_section_turns_the_view_to_its_cut(live):
+    for axis, look in (("level", (0, -89.9)), ("north", (180, -12)), ("east", (270, -12))):
+        live.ask(f"(s => {{ s.value = '{axis}'; s.dispatchEvent(new Event('change')); }})"
+                 "(document.querySelector('select[aria-label=Section]'))")  # fmt: skip
+        settle(live)
+        heading, tilt = live.ask("[umbra.state.viewpoint.heading, umbra.state.viewpoint.tilt]")
+        assert (heading % 360, tilt) == pytest.approx(look)
+        eye = live.ask("umbra.stage.renderer.camera.eye")
+        plane = live.ask("umbra.plane")
+        assert np.dot(plane[:3], eye) + plane[3] < 0  # on the side that is cut away
 
 
 def test_a_picture_has_up_to_four_times_the_pixels(live):

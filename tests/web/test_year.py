@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+from support.chromium import Page
 from support.shapes import box
+from support.web import SMALL
 
 import umbra
 
@@ -21,15 +23,19 @@ def street():
     )
 
 
-@pytest.fixture
-def carpet(page, street, tmp_path):
-    umbra.show(street, VIENNA, date="2026-03-21", at="15:00", out=tmp_path / "scene.html")
-    page.open(tmp_path / "scene.html", READY)
-    origin = page.ask("umbra.model.origin")
-    position = [p - o for p, o in zip(PLACE, origin, strict=True)]
-    page.ask(f"umbra.set({{place: {{position: {position}, normal: [0, 0, 1], part: -1}}}})")
-    page.wait("document.querySelector('.carpet-key li') !== null")
-    return page
+@pytest.fixture(scope="module")
+def carpet(browser, street, tmp_path_factory):
+    """The page with a chosen place, which only the last test changes."""
+    path = tmp_path_factory.mktemp("year") / "scene.html"
+    umbra.show(street, VIENNA, date="2026-03-21", at="15:00", size=SMALL, out=path)
+    with Page(browser) as page:
+        page.open(path, READY)
+        origin = page.ask("umbra.model.origin")
+        position = [p - o for p, o in zip(PLACE, origin, strict=True)]
+        page.ask(f"umbra.set({{place: {{position: {position}, normal: [0, 0, 1], part: -1}}}})")
+        page.wait("document.querySelector('.carpet-key li') !== null")
+        yield page
+        page.check()
 
 
 def read_day(carpet, column):
