@@ -20,7 +20,7 @@ def test_the_changelog_has_the_version_and_room_for_the_next():
 
 
 def test_each_version_takes_a_screen():
-    lines = {section.split()[0]: len(section.splitlines()) for section in SECTIONS[1:]}
+    lines = {section.split()[0]: len(section.splitlines()) for section in SECTIONS}
     assert max(lines.values()) <= SCREEN, lines
 
 
