@@ -112,7 +112,7 @@ def test_no_more_work_is_done_than_the_study_s_own_or_what_is_free(monkeypatch):
     monkeypatch.setattr(finer, "FREE", 0)
     assert count_finer(small) is None
     monkeypatch.setattr(finer, "FREE", 12 * own)
-    assert count_finer(study, pictures=4).seconds == 300  # which share what is free
+    assert count_finer(study, share=1 / 4).seconds == 300  # of four that share what is free
 
 
 def test_two_runs_draw_the_same():

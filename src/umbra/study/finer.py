@@ -111,7 +111,7 @@ class FinerHours:
 
 def count_finer(
     study: Study,
-    pictures: int = 1,
+    share: float = 1.0,
     longest: int | None = LONGEST,
     *,
     like: FinerHours | None = None,
@@ -126,8 +126,8 @@ def count_finer(
     ----------
     study : Study
         Of one date.
-    pictures : int
-        Number of dates that share ``FREE``.
+    share : float
+        Of ``FREE``; more than 1 for what is only drawn if asked for.
     longest : int, optional
         Most cells along a side; the study's own cells if None.
     like : FinerHours, optional
@@ -152,7 +152,7 @@ def count_finer(
         return None
     grid = study.grid.coarser(longest) if longest else study.grid
     work = find_work(study, grid, int(period.sun.is_up.sum()))
-    parts = _choose_parts(period, int(find_most_work(study, pictures) / work))
+    parts = _choose_parts(period, int(find_most_work(study, share) / work))
     if parts == 1:
         return None
     tile = study.model.make_tile(grid) if like is None else like.tile
@@ -184,10 +184,10 @@ def can_count_casters(study: Study, finer: Sequence[FinerHours], casters: int) -
     return work <= CASTERS
 
 
-def find_most_work(study: Study, pictures: int = 1) -> float:
+def find_most_work(study: Study, share: float = 1.0) -> float:
     """Return the work that a picture of a study may take: the study's own, or what is free."""
     own = find_work(study, study.grid, int(study.period.sun.is_up.sum()))
-    return max(own, FREE / pictures)
+    return max(own, share * FREE)
 
 
 def find_work(study: Study, grid: Grid, suns: int) -> int:

@@ -43,6 +43,7 @@ __all__ = ["draw_sheet", "find_window"]
 _SIDES = ("south", "east", "north", "west")
 MATTERS = 1 / 4
 """Share of the time with the sun up from which shadows must be on the sheet."""
+_FREE = 4.0  # work that each elevation may take, as a pixel takes much; a sheet is asked for
 _MARGIN = 0.03  # of an elevation's length, on each side of it
 
 
@@ -80,8 +81,7 @@ def draw_sheet(job: FolderJob, plan: Plan) -> list[str]:
             own = replace(own, date=f"{clock} · {tell_daylight(plans[k])}")
             file = f"sheet_{date}.png"
         views = [("Plan", own, plans[k]), *((side, view, seen[k]) for side, view, seen in sides)]
-        # The plan leads the sheet and may take all the free work; the elevations share it.
-        finer = [count_finer(plans[k]), *(count_finer(seen, len(sides)) for *_, seen in views[1:])]
+        finer = [count_finer(plans[k]), *(count_finer(seen, _FREE) for *_, seen in views[1:])]
         made = [describe_foot(plans[k], options, finer[0])]
         if {fine and fine.seconds for fine in finer[1:]} != {finer[0] and finer[0].seconds}:
             steps = sorted({tell_every(options, fine) for fine in finer[1:]})

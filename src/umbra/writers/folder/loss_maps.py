@@ -154,7 +154,7 @@ def count_dates(shown: Sequence[Study], job: FolderJob) -> list[FinerHours | Non
         finer: list[FinerHours | None] = []
         for one in shown:
             like = next(filter(None, finer), None)
-            finer.append(count_finer(one, len(shown), like=like))
+            finer.append(count_finer(one, 1 / len(shown), like=like))
         return finer
 
     return job.keep(("finer", *(one.period.days for one in shown)), count)
