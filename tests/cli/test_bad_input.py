@@ -339,7 +339,7 @@ def test_the_installed_command_from_a_glb_to_pictures(tmp_path):
          "--out", "results"], cwd=tmp_path, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done
-    assert done.stderr.splitlines()[-1].startswith("18 September 2026: ")
+    assert done.stderr.splitlines()[-1].startswith("On 18 September 2026 ")
     assert "note: " not in done.stderr
     files = done.stdout.splitlines()
     names = ("study.nc", "hours.png", "profile.png", "study.toml")
@@ -389,7 +389,7 @@ def test_a_terminal_shows_stages_and_stdout_holds_results_only(tower, tmp_path):
         assert what in rest, (what, shown)
         rest = rest.partition(what)[2]
     _, _, answer = rest.rpartition("\x1b[2K")  # the bar is gone
-    assert answer.startswith("18 September 2026: ")
+    assert answer.startswith("On 18 September 2026 ")
     assert answer.count("\n") == 1
     assert "\x1b[?25l" not in shown  # and the cursor never was
     assert out.splitlines() == [

@@ -71,8 +71,12 @@ def test_a_soft_picture_has_shades_between(umbra_here, table, tmp_path):
         )
         assert said.status == 0, said
         with Image.open(path) as picture:
-            shades[name] = len(set(picture.convert("L").tobytes()))
-    assert shades["soft"] > shades["hard"] + 5
+            shades[name] = np.asarray(picture.convert("L")).astype(int)
+    # Some pixels are lighter than the hard shadow, some darker than its light, by many shades.
+    off = shades["soft"] - shades["hard"]
+    assert 100 < (off != 0).sum() < off.size / 4
+    assert len(set(off[off > 0])) > 5
+    assert len(set(off[off < 0])) > 5
 
 
 @pytest.mark.parametrize(

@@ -37,7 +37,11 @@ def run(folder, *arguments):
 
 @pytest.fixture
 def run_here(capsys, monkeypatch):
-    """Run a command in this process: one of its own takes a second or two to start."""
+    """
+    Run a command in this process: one of its own takes a second or two to start.
+
+    Returns what it prints: results, and its answers after them.
+    """
 
     def run(folder, arguments):
         monkeypatch.chdir(folder)
@@ -46,7 +50,8 @@ def run_here(capsys, monkeypatch):
             main(arguments)
         said = capsys.readouterr()
         assert not ended.value.code, said.err
-        return said.out.splitlines()
+        answers = (line for line in said.err.splitlines() if not re.match("(note|umbra): ", line))
+        return [*said.out.splitlines(), *answers]
 
     return run
 

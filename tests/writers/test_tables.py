@@ -84,7 +84,7 @@ def test_shadows_that_the_edge_of_a_default_plan_cuts_are_told(cell, told):
     study = SimpleNamespace(shadow_hours=hours, period=SimpleNamespace(land_hours=0.0))
     note_cut(SimpleNamespace(study=study, say=said.append))
     assert len(said) == told
-    assert all("0.5 h" in line and "extent=" in line for line in said)
+    assert all("30 min" in line and "extent=" in line for line in said)
     # While the sun is behind the land all is dark, and no frame cuts it.
     study.period.land_hours = 0.5
     said.clear()
