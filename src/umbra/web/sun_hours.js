@@ -276,7 +276,9 @@ export class SunHours {
       for (const k of next) fine.count(k);
       this.#await(() => {
         const now = performance.now();
-        this.costs.fine = (now - Math.max(asked, this.done)) / next.length;
+        // A batch that is seen to end together with the one before tells nothing of its own cost.
+        const cost = (now - Math.max(asked, this.done)) / next.length;
+        this.costs.fine = Math.max(cost, this.costs.fine / 2);
         this.done = now;
         this.queued -= 1;
         if (this.turn === turn) this.#refine();
