@@ -8,6 +8,7 @@ from support.shapes import aligned_boxes, box, city, jumble, merge, soup, three_
 from support.sweeps import sample_cases
 
 import umbra
+from umbra.drawing.overlay import unite
 from umbra.scene import Part, Scene
 from umbra.scene.mesh import Mesh
 
@@ -92,3 +93,11 @@ def test_real_models_are_drawn_exactly(name):
         assert found.farthest <= NEAR, found
         assert found.wrong < 3e-4 * found.pixels
         assert found.shadows > 5
+
+
+def test_a_needle_is_left_out_only_if_no_disc_has_room():
+    head = [(14, -1e-4), (14.03, -0.03), (14.06, 0), (14.03, 0.03), (14, 1e-4)]
+    needle = np.array([(0, 0), *head])
+    for ring in (needle, needle[::-1]):
+        assert len(unite([ring])) == 1
+    assert not unite([np.array([(0, 0), (300, 0), (300, 1e-3)])])
