@@ -14,7 +14,7 @@ from umbra.writers.city.city_plan import CityPlan
 from umbra.writers.city.overview import shrink_hours
 from umbra.writers.city.store_window import StoredTile
 from umbra.writers.folder.captions import find_mean, outline_areas
-from umbra.writers.folder.foot import tell_steps
+from umbra.writers.folder.foot import tell_own_steps
 from umbra.writers.picture_content import MISSING
 from umbra.writers.pixels import NO_SUN, paint_shares, shade_ramp, write_png
 from umbra.writers.proof.drawing import COLORS
@@ -62,7 +62,7 @@ def make_city_map(plan: CityPlan, areas: Sequence[Area], verdicts: Mapping[str, 
         f'named areas by verdict"><image href="{make_address(png)}" {place} '
         f'preserveAspectRatio="none" class="pixels"/>{shapes}{_draw_scale(wide, high)}</svg>'
     )
-    steps = "" if plan.job.options.exact else tell_steps(plan.study, plan.job.options)
+    steps = "" if plan.job.options.exact else tell_own_steps(plan.study, plan.job.options)
     key = _make_key(most, words, {verdicts.get(one.name, "") for one in areas}, steps)
     return f"{key}{svg}"
 

@@ -21,7 +21,7 @@ __all__ = [
     "list_few",
     "tell_cut",
     "tell_every",
-    "tell_steps",
+    "tell_own_steps",
 ]
 
 
@@ -100,7 +100,7 @@ def tell_every(options: StudyOptions, finer: FinerHours | None) -> str:
     return f"{finer.seconds / 60:g} min" if finer.seconds >= 60 else f"{finer.seconds:g} s"
 
 
-def tell_steps(study: Study, options: StudyOptions) -> str:
+def tell_own_steps(study: Study, options: StudyOptions) -> str:
     """Describe the study's own time step and its tolerance."""
     half = float(study.period.hours.max()) * 30
     return f"every {_space(options.every)}, ± {half:.3g} min"
