@@ -9,7 +9,7 @@ import numpy as np
 from imgui_bundle import imgui
 
 from umbra.devices import DEVICES
-from umbra.errors import InputError
+from umbra.errors import InputError, show_count
 from umbra.methods import MASK_FILTERS, MASK_SCALES
 from umbra.scene import Light, Part
 from umbra.sun import Site
@@ -138,7 +138,10 @@ def _draw_title(state: PanelState, view: ViewState, parts: Sequence[Part]) -> No
         imgui.text(state.title)
     site, count = view.sun.site, sum(part.triangles for part in parts)
     place = [] if site is None else [site.show(), site.zone]
-    say(" · ".join([*place, f"{len(parts):,} parts, {count:,} triangles"]), DIM)
+    say(
+        " · ".join([*place, f"{show_count(len(parts), 'part')}, {show_count(count, 'triangle')}"]),
+        DIM,
+    )
 
 
 def _open(name: str, *, is_open: bool = False) -> bool:
