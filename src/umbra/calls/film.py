@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from umbra.calls.light_options import LightOptions
 from umbra.calls.picture_options import RenderOptions
-from umbra.errors import InputError, check_type, show_value
+from umbra.errors import InputError, check_type, show_count, show_value
 from umbra.option_fields import Given, Options, again, check_types, option, read_path, record
 from umbra.scene import Camera, Light, Scene
 from umbra.scene.lights import SomeLights, make_lights
@@ -108,7 +108,7 @@ class FilmOptions(Options):
 
     def _check(self, name: str, text: str, frames: int) -> int:
         if not 2 <= frames <= _MOST_FRAMES:
-            many = f"{frames:,} frame{'' if frames == 1 else 's'}"
+            many = show_count(frames, "frame")
             msg = f"{text} is {many} at rate={self.rate}; from 2 to {_MOST_FRAMES:,} can be drawn"
             raise InputError(msg, option=name)
         return frames

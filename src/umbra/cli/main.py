@@ -12,7 +12,7 @@ import click
 
 from umbra.cli.interrupt import stand_by
 from umbra.cli.terminal import echo, echo_json
-from umbra.errors import InputError, UmbraError, find_similar
+from umbra.errors import InputError, UmbraError, find_similar, show_count
 from umbra.machine import find_kernel_cache, pass_over_settings
 from umbra.registry import take_notes
 from umbra.version import __version__
@@ -149,8 +149,9 @@ def doctor(as_json: bool) -> None:
     echo(f"     {', '.join(packages)}")
     cache = report["cache"]
     echo(
-        f"cache {cache['folder']}, {cache['files']} files, {cache['bytes'] / 1e6:.1f} MB of at "
-        f"most {cache['limit'] / 1e6:.0f} MB (remove it to clear it; UMBRA_CACHE names another)"
+        f"cache {cache['folder']}, {show_count(cache['files'], 'file')}, "
+        f"{cache['bytes'] / 1e6:.1f} MB of at most {cache['limit'] / 1e6:.0f} MB "
+        "(remove it to clear it; UMBRA_CACHE names another)"
     )
     for offer in report["added"]:
         fault = f"; not used: {offer['reason']}" if offer["reason"] else ""

@@ -79,21 +79,23 @@ def meets_frame(cells: NDArray[np.bool_]) -> bool:
     return any(bool(side.any()) for side in (cells[0], cells[-1], cells[:, 0], cells[:, -1]))
 
 
-def choose_near(low: NDArray[np.float64], high: NDArray[np.float64]) -> float:
+def choose_near(built: NDArray[np.float64] | None) -> float:
     """
     Choose how far from buildings ground counts in figures: 20 m; less for a model like a chair.
 
     Parameters
     ----------
-    low, high : (3,) float64
-        Bounds of all that stands on the ground [m].
+    built : (2, 3) float64, optional
+        Bounds of all that receives and is no ground, of a whole model or city [m].
 
     Returns
     -------
     near : float
         Distance [m], at most twice the longest side of the bounds.
     """
-    return min(NEAR, float(f"{_SIZES * float((high - low).max()):.2g}"))
+    if built is None:
+        return NEAR
+    return min(NEAR, float(f"{_SIZES * float(np.ptp(built, axis=0).max()):.2g}"))
 
 
 def reach_from_centres(near: float, cell: tuple[float, float]) -> float:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from umbra.casters.casting import Casting
-from umbra.errors import InputError
+from umbra.errors import InputError, show_count
 from umbra.kernels import kernel
 from umbra.receivers.counted import Counted
 from umbra.receivers.kind import DIMS, ReceiverKind, Request, SampleKind, Variables
@@ -73,9 +73,9 @@ class SampledSurfaces(SampleKind):
         """Describe the sampled surfaces, and their outward side."""
         surfaces, parts = len(study.more["surface_part"][1]), len(study.more["part"][1])
         return (
-            f"{surfaces:,} surface{'s' if surfaces > 1 else ''} of {parts:,} "
-            f"part{'s' if parts > 1 else ''}: walls and roofs, on their outward side by "
-            "their winding; surfaces that face straight down get no sun and are left out"
+            f"{show_count(surfaces, 'surface')} of {show_count(parts, 'part')}: walls and roofs, "
+            "on their outward side by their winding; surfaces that face straight down get no sun "
+            "and are left out"
         )
 
     def describe_places(self, study: Any) -> tuple[str, str]:
