@@ -37,8 +37,10 @@ with tempfile.TemporaryDirectory() as folder, Chromium() as browser, Page(browse
     shot = Path(folder, "shot.png")
     page.open(scene.resolve(), READY)
     for link in links:
-        page.ask(f"location.hash = '{link}'")
-        page.wait(f"location.hash.includes('{link[:12]}') && {FINE}")
+        # The page hears of its new address before this listener does.
+        page.ask("new Promise((done) => { addEventListener('hashchange', done, {once: true}); "
+                 f"location.hash = '{link}'; }}).then(() => 0)")  # fmt: skip
+        page.wait(FINE)
         page.shoot(shot)
         frames.append(Image.open(shot).convert("RGB"))
 if out.suffix == ".png":

@@ -9,6 +9,7 @@ from support.here import read_and_draw_here, restore_children
 from support.skips import WANTS, find_unexpected, read_reason, tell
 from support.sweeps import make_all
 
+from umbra.cli import terminal
 from umbra.registry import take_notes
 
 # A shell that runs the suite in the background has it ignore Ctrl-C, and so do its
@@ -39,6 +40,14 @@ def _cache_of_the_tests(tmp_path_factory):
     """Leave the user's own cache alone."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("UMBRA_CACHE", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _tells_no_stages():
+    """A short run tells nothing of its stages, also where a busy machine makes it a long one."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(terminal, "_EVERY", 3600.0)
         yield
 
 

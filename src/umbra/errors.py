@@ -21,6 +21,7 @@ __all__ = [
     "fit_names",
     "make_printable",
     "shorten",
+    "show_count",
     "show_value",
     "write_for_docs",
     "write_for_shell",
@@ -84,6 +85,11 @@ def shorten(text: str, longest: int = LONGEST) -> str:
         return text
     gap = f" … ({len(text):,} characters in all) … "
     return text[: longest - len(gap) - _TAIL] + gap + text[-_TAIL:]
+
+
+def show_count(count: int, one: str, many: str = "") -> str:
+    """Write how many there are: ``1 part``, ``2,000 parts``; ``many`` is ``one`` with an s."""
+    return f"{count:,} {one if count == 1 else many or f'{one}s'}"
 
 
 def show_value(value: object, longest: int = 60) -> str:

@@ -2,7 +2,7 @@
 
 import contextlib
 import signal
-import time
+import threading
 from types import SimpleNamespace
 
 import pytest
@@ -12,69 +12,114 @@ from umbra.cli import terminal as progress
 from umbra.cli.terminal import show_progress
 from umbra.errors import UmbraError
 
+EVERY = progress._EVERY
+"""Between two lines of a run that nobody watches [s], before the tests set it."""
 
-def test_a_long_run_without_a_terminal_tells_its_stages_in_lines(capsys, monkeypatch):
-    monkeypatch.setattr(progress, "_EVERY", 0.05)
+
+class Clock:
+    """Time that passes by hand: no line depends on how busy the machine is."""
+
+    def __init__(self):
+        self.now, self.is_over, self.threads = 100.0, False, []
+        self.due, self.waits = threading.Semaphore(0), threading.Semaphore(0)
+
+    def monotonic(self):
+        return self.now
+
+    def start(self, target, daemon):
+        """Make a thread, as ``threading.Thread`` does."""
+        self.threads.append(threading.Thread(target=target, daemon=daemon))
+        return self.threads[-1]
+
+    def wait(self, seconds):
+        """Wait for the next line or the end, as an event that the end sets."""
+        assert seconds == EVERY
+        self.waits.release()
+        assert self.due.acquire(timeout=60)
+        return self.is_over
+
+    def set(self):
+        self.is_over = True
+        self.due.release()
+
+    def pass_by(self, seconds):
+        """Let time pass, and the line that is due then be told."""
+        self.now += seconds
+        assert self.waits.acquire(timeout=60)
+        self.due.release()
+        assert self.waits.acquire(timeout=60)
+        self.waits.release()
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    found = Clock()
+    own = {"Event": lambda: found, "Thread": found.start}
+    monkeypatch.setattr(progress, "_EVERY", EVERY)
+    monkeypatch.setattr(progress, "time", found)
+    monkeypatch.setattr(progress, "threading", SimpleNamespace(**{**vars(threading), **own}))
+    yield found
+    for thread in found.threads:
+        thread.join(60)
+        assert not thread.is_alive()  # no line after the end
+
+
+def test_a_long_run_without_a_terminal_tells_its_stages_in_lines(capsys, clock):
     with show_progress(quiet=False) as stages:
         stages.begin("reading town.ifc")
-        time.sleep(0.08)
+        clock.pass_by(EVERY)
         stages.begin("preparing")
         stages.advance(1, 500)
-        stages._begun = time.monotonic() - 10
+        clock.now += 10
         stages.advance(100, 500)
-        time.sleep(0.05)
+        clock.pass_by(0)
         stages.begin("drawing and writing")
         stages.advance(1, 10, "drawing", "pictures")
-        stages._begun = time.monotonic() - 10
-        time.sleep(0.06)
-    lines = capsys.readouterr().err.splitlines()
-    assert lines[0] == "umbra: reading town.ifc"
-    assert "umbra: counting shadows: 100 of 500 suns, 0:40 left" in lines
-    assert lines[-1] == "umbra: drawing: 1 of 10 pictures, 1:30 left"
-    assert len(lines) <= 4
-    time.sleep(0.1)
-    assert capsys.readouterr().err == ""  # nothing after the end
+        clock.pass_by(10)
+    assert capsys.readouterr().err.splitlines() == [
+        "umbra: reading town.ifc",
+        "umbra: counting shadows: 100 of 500 suns, 0:40 left",
+        "umbra: drawing: 1 of 10 pictures, 1:30 left",
+    ]
 
 
-def test_no_time_is_guessed_before_anything_is_done(capsys, monkeypatch):
-    monkeypatch.setattr(progress, "_EVERY", 0.05)
+def test_no_time_is_guessed_before_anything_is_done(capsys, clock):
     with show_progress(quiet=False) as stages:
         stages.advance(0, 1, "finding lines", "views")
-        time.sleep(0.08)
+        clock.pass_by(EVERY)
         stages.advance(0, 40, "drawing", "pictures")
-        time.sleep(0.05)
-    assert capsys.readouterr().err.splitlines()[:2] == [
+        clock.pass_by(EVERY)
+    assert capsys.readouterr().err.splitlines() == [
         "umbra: finding lines", "umbra: drawing: 0 of 40 pictures",
     ]  # fmt: skip
 
 
-def test_a_first_run_tells_that_it_compiles_once(capsys, monkeypatch):
-    monkeypatch.setattr(progress, "_EVERY", 0.05)
+def test_a_first_run_tells_that_it_compiles_once(capsys, clock):
     with show_progress(quiet=False) as stages:
         stages.begin("preparing")
         for listener in machine._listeners:
             listener()
         # Not only when a line is due: a first run would be silent for 20 s.
-        assert capsys.readouterr().err.splitlines()[0] == f"umbra: {machine.FIRST_RUN}"
+        assert capsys.readouterr().err.splitlines() == [f"umbra: {machine.FIRST_RUN}"]
         for listener in machine._listeners:
             listener()
-        time.sleep(0.08)
+        clock.pass_by(EVERY)
         stages.begin("drawing and writing")
-        time.sleep(0.05)
+        clock.pass_by(EVERY)
     lines = capsys.readouterr().err.splitlines()
-    assert lines[:2] == ["umbra: preparing; compiling", "umbra: drawing and writing"]
+    assert lines == ["umbra: preparing; compiling", "umbra: drawing and writing"]
     assert machine._listeners == []
 
 
-def test_a_short_run_and_a_quiet_one_tell_nothing(capsys, monkeypatch):
-    assert 10 <= progress._EVERY <= 30
+def test_a_short_run_and_a_quiet_one_tell_nothing(capsys, clock):
+    assert 10 <= EVERY <= 30
     with show_progress(quiet=False) as stages:
         stages.begin("reading")
         stages.advance(1, 2)
-    monkeypatch.setattr(progress, "_EVERY", 0.01)
     with show_progress(quiet=True) as stages:
         stages.begin("reading")
-        time.sleep(0.05)
+        clock.now += 100
+    assert len(clock.threads) == 1
     assert capsys.readouterr().err == ""
 
 

@@ -10,7 +10,7 @@ from support.shapes import box, moved
 
 from umbra import cli
 from umbra.cli.terminal import echo_path
-from umbra.errors import LONGEST, InputError, UmbraError, make_printable, shorten
+from umbra.errors import LONGEST, InputError, UmbraError, make_printable, shorten, show_count
 
 HOSTILE = "\x1b]0;owned\x07\x9b31m\u202egnp.exe\u2066\x7f\u2028"
 COMMANDS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]")
@@ -22,6 +22,12 @@ def test_commands_are_written_out_and_words_stay():
     plain = "Straße 5, 東京\tعربي می\u200cخواهم\n½ m²"  # noqa: RUF001
     assert make_printable(plain) == plain
     assert make_printable("\udc9b") == r"\udc9b"
+
+
+def test_one_is_no_plural():
+    shown = [show_count(n, "part") for n in (0, 1, 2000)]
+    assert shown == ["0 parts", "1 part", "2,000 parts"]
+    assert show_count(1, "area lies", "areas lie") == "1 area lies"
 
 
 def test_a_long_message_keeps_its_beginning_and_its_remedy():

@@ -43,7 +43,7 @@ def layers(text):
 
 
 def test_svg_has_layers_and_parts_by_name(scene, camera):
-    with pytest.warns(UserWarning, match="leave out light through transparent parts of 1 parts"):
+    with pytest.warns(UserWarning, match="leave out light through transparent parts of 1 part"):
         drawing = umbra.draw_vectors(scene, camera, SUN, ground=0, caption="a & b")
     text = drawing._repr_svg_()
     found = layers(text)

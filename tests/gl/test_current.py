@@ -248,7 +248,7 @@ kept.see(camera)
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
 def test_after_a_fork_a_line_says_what_would_hang(shared_device):
-    assert run_beside(FORK, timeout=60) == ["2", "True", "True"]
+    assert run_beside(FORK, timeout=300) == ["2", "True", "True"]
 
 
 WINDOW = """

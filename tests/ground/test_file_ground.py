@@ -86,7 +86,7 @@ def test_buildings_beyond_the_land_are_counted_in_a_note(tmp_path, town):
     study = umbra.shadow_study(umbra.read(town), SITE, **asked)
     city = umbra.city_study(town, SITE, out=tmp_path / "city", tiles="60m", **asked)
     told = [study.dataset.attrs["assumption"], *city.notes]
-    assert sum("7 of 9 buildings" in line for line in told) == 2
+    assert sum("7 of 9 objects" in line for line in told) == 2
 
 
 def test_a_model_in_tiles_that_floats_over_the_land_is_told(tmp_path, town):

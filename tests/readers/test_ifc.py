@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -483,9 +484,12 @@ def test_ctrl_c_ends_a_hanging_engine(tmp_path):
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
     ) as reading:  # fmt: skip
         reading.stdout.readline()
-        time.sleep(4)  # until the engine is at work; earlier, Ctrl-C ends it as well
+        children = Path(f"/proc/{reading.pid}/task/{reading.pid}/children")
+        while children.parent.exists() and not children.read_text():
+            time.sleep(0.05)
+        time.sleep(1)  # until the engine is at work; earlier, Ctrl-C ends it as well
         reading.send_signal(signal.SIGINT)
-        _, said = reading.communicate(timeout=10)
+        _, said = reading.communicate(timeout=60)
     assert b"KeyboardInterrupt" in said
 
 

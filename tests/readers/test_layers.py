@@ -228,7 +228,7 @@ def test_footprints_stand_on_the_terrain_of_another_file(houses, tmp_path):
     first, second = (z[soup.part == part] for part in (0, 1))
     assert (first.min(), first.max()) == (210.5, 215.5)
     assert second.min() == 239.5  # beside the terrain: its edge
-    assert any("set on the terrain" in n and "1 parts lie beside it" in n for n in scene.notes)
+    assert any("set on the terrain" in n and "1 part lies beside it" in n for n in scene.notes)
     # A second raster is no terrain, but trees.
     trees = tmp_path / "trees.tif"
     with rasterio.open(

@@ -4,7 +4,8 @@ A process that has imported umbra, and forks for every start that it is asked fo
 It runs as a script, in a process of its own, and knows nothing of the tests: see ``forks.py``. It
 has imported what nearly every run imports, called nothing of umbra, compiled no kernel and
 started no thread. A fork takes the streams, the folder, the environment and the limits of its
-request, becomes the main module, and ends as Python ends, with all that is to be done at exit.
+request, becomes the main module, and ends as Python ends, with all that is to be done at exit. It
+tells no stages of its work.
 """
 
 import gc
@@ -38,6 +39,8 @@ def prepare(kind):
         import_module("umbra.machine").load_compiler()
     for name in COMMAND if kind == "umbra" else PYTHON:
         import_module(name)
+    # A short run tells nothing of its stages, also where a busy machine makes it a long one.
+    import_module("umbra.cli.terminal")._EVERY = 3600.0
     if kind != "umbra":  # what numba knows of Python, which it reads before its first kernel
         target = import_module("numba.core.registry").cpu_target
         target.typing_context.refresh()

@@ -1,13 +1,13 @@
 """The live model in a real JupyterLab, its values shared with Python."""
 
+import base64
 import json
 import os
 import secrets
-import socket
 import subprocess
 import sys
 import time
-import urllib.request
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -50,6 +50,18 @@ def make_notebook(path):
     path.write_text(json.dumps(book))
 
 
+def find_address(folder):
+    """Wait for the address of the server, which takes a free port and writes it down."""
+    until = time.monotonic() + 120
+    while time.monotonic() < until:
+        for file in Path(folder).glob("jpserver-*.json"):
+            with suppress(json.JSONDecodeError):  # half written
+                return json.loads(file.read_text())["url"]
+        time.sleep(0.2)
+    msg = "JupyterLab does not start"
+    raise TimeoutError(msg)
+
+
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory):
     """The address of a JupyterLab that serves one notebook."""
@@ -57,9 +69,6 @@ def lab(tmp_path_factory):
     make_widget(umbra.make_scene(*box((0, 0, 0), (1, 1, 1))), None, ViewOptions())
     folder = tmp_path_factory.mktemp("lab")
     make_notebook(folder / "live.ipynb")
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
     token = secrets.token_hex(16)
     own = {name: str(folder / name) for name in ("JUPYTER_CONFIG_DIR", "JUPYTER_RUNTIME_DIR",
                                                  "JUPYTER_DATA_DIR", "IPYTHONDIR")}  # fmt: skip
@@ -67,24 +76,31 @@ def lab(tmp_path_factory):
     shared = Path(widgets.__file__).parents[4] / "share" / "jupyter"
     own["JUPYTER_PATH"] = str(shared)
     command = [
-        sys.executable, "-m", "jupyterlab", "--no-browser", "--allow-root", f"--port={port}",
+        sys.executable, "-m", "jupyterlab", "--no-browser", "--allow-root", "--port=0",
         f"--IdentityProvider.token={token}", f"--notebook-dir={folder}", "--ip=127.0.0.1",
         "--LabApp.news_url=", "--LabApp.check_for_updates_class=jupyterlab.NeverCheckForUpdate",
     ]  # fmt: skip
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     server = subprocess.Popen(command, env={**os.environ, **own}, **quiet)
     try:
-        until = time.monotonic() + 60
-        while time.monotonic() < until:
-            try:
-                urllib.request.urlopen(f"http://127.0.0.1:{port}/api?token={token}", timeout=5)
-                break
-            except OSError:
-                time.sleep(0.2)
-        yield f"http://127.0.0.1:{port}/lab/tree/live.ipynb?token={token}"
+        yield f"{find_address(own['JUPYTER_RUNTIME_DIR'])}lab/tree/live.ipynb?token={token}"
     finally:
         server.terminate()
         server.wait(30)
+
+
+def is_sent(page, words):
+    """Whether the page has sent words to Python."""
+    sent = page.named("Network.webSocketFrameSent")
+    texts = [event["response"]["payloadData"].encode() for event in sent]
+    return any(words in text or words in decode(text) for text in texts)
+
+
+def decode(text):
+    try:
+        return base64.b64decode(text)
+    except ValueError:
+        return b""
 
 
 def test_sliders_and_python_share_their_values(lab, browser):
@@ -116,9 +132,13 @@ def test_sliders_and_python_share_their_values(lab, browser):
             "(({left, top, width, height}) => [left + width / 2, top + height / 2])("
             "document.querySelector('.umbra canvas.model').getBoundingClientRect())"
         )
+        assert not is_sent(page, b'"tower"')
         page.click(*box)
         page.wait("document.querySelector('.umbra .where strong')?.textContent == 'tower'")
-        time.sleep(0.5)  # values travel after an eighth of a second
+        # Values travel an eighth of a second later; what is run after them finds them in Python.
+        until = time.monotonic() + 60
+        while not is_sent(page, b'"tower"') and time.monotonic() < until:
+            page.ask("new Promise((done) => setTimeout(done, 50))")
         run(2)
         output = (
             "document.querySelectorAll('.jp-CodeCell')[2].querySelector('.jp-OutputArea-output')"

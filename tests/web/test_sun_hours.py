@@ -9,6 +9,7 @@ from support.web import describe_camera
 
 import umbra
 from umbra.cpu.frame import FrameCounter
+from umbra.ground.choice import find_ground
 from umbra.rays.depth import GROUND, NOTHING
 from umbra.scene import Camera, directional_light, make_scene
 from umbra.web.pack import quantise
@@ -69,6 +70,24 @@ def find_edges(image):
     return spread(edges)
 
 
+def bound_hours(rounded, camera, suns, ground):
+    """Return umbra's view, and how many suns reach each pixel at least and at most."""
+    counter = FrameCounter(rounded, ground=ground)
+    view, _ = counter.see(camera)
+    soup = rounded.triangles()
+    a, b, c = (soup.vertices[soup.faces[:, k]] for k in range(3))
+    normals = np.concatenate([np.cross(b - a, c - a), [(0, 0, 1)]])  # the last is the ground's
+    normal = normals[np.where(view.face == GROUND, len(normals) - 1, np.maximum(view.face, 0))]
+    is_facing = normal @ suns.T > 0  # (rows, cols, suns)
+    least, most = np.zeros((2, *view.face.shape), int)
+    for k, sun in enumerate(suns):
+        is_lit = (counter.count(view, camera, directional_light(sun)) == 0) & is_facing[..., k]
+        is_edge = find_edges(is_lit)
+        least += is_lit & ~is_edge
+        most += is_lit | is_edge
+    return view, least, most
+
+
 @pytest.mark.parametrize("name", CAMERAS)
 def test_hours_of_32_instants_are_umbras_at_each_pixel(picture, town, name):
     camera, rounded = CAMERAS[name], quantise(town)
@@ -78,19 +97,7 @@ def test_hours_of_32_instants_are_umbras_at_each_pixel(picture, town, name):
     picture.set("camera", describe_camera(camera, rounded))
     picture.set("ground", float(-rounded.origin[2]))
     found = count_masks(picture, suns)
-    counter = FrameCounter(rounded, ground=0.0)
-    view, _ = counter.see(camera)
-    soup = rounded.triangles()
-    a, b, c = (soup.vertices[soup.faces[:, k]] for k in range(3))
-    normals = np.concatenate([np.cross(b - a, c - a), [(0, 0, 1)]])  # the last is the ground's
-    normal = normals[np.where(view.face == GROUND, len(normals) - 1, np.maximum(view.face, 0))]
-    is_facing = normal @ suns.T > 0  # (rows, cols, suns)
-    least, most = np.zeros((2, *found.shape), int)
-    for k, sun in enumerate(suns):
-        is_lit = (counter.count(view, camera, directional_light(sun)) == 0) & is_facing[..., k]
-        is_edge = find_edges(is_lit)
-        least += is_lit & ~is_edge
-        most += is_lit | is_edge
+    view, least, most = bound_hours(rounded, camera, suns, ground=0.0)
     is_inside = ~find_edges(view.face) & (view.face != NOTHING)
     assert ((found == -1) == (view.face == NOTHING)).mean() > 0.99
     assert ((least <= found) & (found <= most))[is_inside].all()
@@ -98,6 +105,44 @@ def test_hours_of_32_instants_are_umbras_at_each_pixel(picture, town, name):
     assert is_sure.mean() > 0.4
     assert is_inside.mean() > 0.6
     assert len(np.unique(found[is_inside])) > 15
+
+
+def test_a_ground_seen_from_above_leaves_sides_out_and_no_shadow(picture):
+    # Houses on a slope, and the ground that umbra assumes: it steps beneath each of them.
+    rng = np.random.default_rng(3)
+    houses = [box((x, y, z := 0.3 * x + rng.uniform(-2, 2)), (x + 8, y + 6, z + rng.uniform(4, 12)))
+              for x in range(-40, 41, 16) for y in range(-40, 41, 16)]  # fmt: skip
+    slope = make_scene([umbra.Part(f"{k}", "Building", umbra.Mesh(*house))
+                        for k, house in enumerate(houses)])  # fmt: skip
+    scene = find_ground(slope, "feet").scene
+    rounded, suns = quantise(scene), find_suns("2026-03-21", "06:00", "14:00")
+    picture.load(scene, SIZE, samples=1)
+    size = "picture.findStage({}).shadows.draws.reduce((sum, {size}) => sum + size, 0)"
+    shares = []
+    for camera in (
+        Camera((40, -90, 60), (0, 0, 3), size=SIZE), Camera((-60, -60, 2), (0, 0, 3), size=SIZE),
+        Camera((0, 0, 90), (0, 0, 0), up=(0, 1, 0), size=SIZE, height=90.0),
+    ):  # fmt: skip
+        picture.page.ask("model.assumedGround = null; picture.begin()")
+        picture.set("camera", describe_camera(camera, rounded))
+        found, some = count_masks(picture, suns), picture.page.ask(size)
+        picture.page.ask("model.assumedGround = {ground: null}; picture.begin()")
+        whole = count_masks(picture, suns)
+        shares.append(some / picture.page.ask(size))
+        few = suns[::4]
+        view, least, most = bound_hours(rounded, camera, few, ground=None)
+        part = rounded.triangles().part[np.maximum(view.face, 0)]
+        is_inside = ~find_edges(np.where(view.face == NOTHING, -1, part)) & (view.face != NOTHING)
+        picture.page.ask("model.assumedGround = null; picture.begin()")
+        count_masks(picture, suns[-1:])
+        assert picture.page.ask(size) == some  # whatever sun was before
+        counted = count_masks(picture, few)
+        assert ((least <= counted) & (counted <= most))[is_inside].mean() > 0.999
+        assert (is_inside & (least == most)).mean() > 0.2
+        assert (found == whole).mean() > 0.999
+    over, low, plan = shares
+    assert max(over, plan) < 0.5
+    assert low == 1  # this eye may see what is below the ground's top
 
 
 def test_two_faces_in_one_place_count_once(picture):
@@ -168,7 +213,7 @@ def test_any_date_is_counted_in_part_then_in_full_and_coarsely_in_motion(live):
     for at_rest, date in ((True, "2026-09-21"), (False, "2026-12-21")):
         is_whole, is_part, width = live.ask(
             "(() => { const hours = umbra.sunHours; hours.costs = {coarse: 50, fine: 50};"
-            f"hours.changed = {'-Infinity' if at_rest else 'performance.now()'};"
+            f"hours.changed = {'-Infinity' if at_rest else 'Infinity'};"  # never or now
             f"umbra.set({{date: '{date}', interval: [0, 1440]}}); umbra.stage.draw(umbra.state);"
             "const {isWhole, layer, wanted} = hours;"
             "return [isWhole, layer.most < wanted.length, layer.masks.sheet.width]; })()"
@@ -182,7 +227,7 @@ def test_any_date_is_counted_in_part_then_in_full_and_coarsely_in_motion(live):
         start="00:00", end="24:00", receivers="points", points=[[0, 0, 0, 0, 0, 1]],
     )  # fmt: skip
     assert live.ask("umbra.sunHours.most") == pytest.approx(float(study.sun_hours[0]))
-    live.ask("umbra.sunHours.changed = performance.now();"
+    live.ask("umbra.sunHours.changed = Infinity;"
              "umbra.set({date: '2026-07-01', interval: [0, 60]})")  # fmt: skip
     live.wait(WHOLE)  # of a night, with nothing to count
     assert live.ask("umbra.sunHours.most") == 0

@@ -9,6 +9,8 @@ from fontTools.pens.ttGlyphPen import TTGlyphPen
 from matplotlib import font_manager
 
 from umbra.writers import paper, typeface
+from umbra.writers.folder import Outputs
+from umbra.writers.folder.captions import name_model
 from umbra.writers.paper import SMALL, Leaf, Paper, find_font, measure_text, wrap
 from umbra.writers.typeface import FACE, find_families, load_font, note_missing
 
@@ -88,3 +90,8 @@ def test_no_line_ends_between_a_number_and_its_unit():
         ends |= {line.split(" ")[0] for line in lines[1:]}
     assert not ends & {"min,", "m²", "%", "h;"}
     assert {"houses", "metres"} <= ends
+
+
+def test_titles_stand_on_one_line():
+    assert name_model(["city_block.city.json", "new\nline.obj"]) == "City block + New line"
+    assert Outputs(title="two\nlines", subtitle=" three\tmore ").title == "two lines"

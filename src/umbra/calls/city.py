@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, Protocol
 
-from umbra.errors import InputError, UmbraError, show_value
+from umbra.errors import InputError, UmbraError, show_count, show_value
 from umbra.folders.atomic import replace_file
 from umbra.option_fields import Given, again, needed, option, read_names, read_path, record
 from umbra.readers import read
@@ -59,7 +59,7 @@ class CityStudy:
     notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        return f"CityStudy('{self.folder}', {len(self.job.tiles()):,} tiles)"
+        return f"CityStudy('{self.folder}', {show_count(len(self.job.tiles()), 'tile')})"
 
     @property
     def folder(self) -> Path:

@@ -17,7 +17,7 @@ from umbra.calls.first_view import (
 from umbra.calls.ground import stand_scene
 from umbra.calls.picture_options import ViewOptions
 from umbra.calls.study_result import ShadowStudy
-from umbra.errors import InputError
+from umbra.errors import InputError, show_count
 from umbra.folders.atomic import replace_file
 from umbra.lights import Horizon
 from umbra.scene import Scene
@@ -92,7 +92,7 @@ def _tell_shadows(scene: Scene, study: Study | None, land: Horizon | None) -> li
     notes = []
     glass = [part.name for part in scene.parts if part.material.opacity < 1]
     if glass:
-        what = "1 part is" if len(glass) == 1 else f"{len(glass):,} parts are"
+        what = show_count(len(glass), "part is", "parts are")
         notes.append(
             f"{what} drawn transparent (first: '{glass[0]}'), and cast shadows as opaque ones do"
         )
@@ -129,7 +129,7 @@ def _describe(scene: Scene, site: Site | None) -> str:
     """Return a line on the place and the size of the model."""
     objects = len(set(scene.groups().tolist()))
     faces = sum(len(part.mesh.faces) for part in scene.parts)
-    size = f"{objects:,} object{'' if objects == 1 else 's'}, {faces:,} triangles"
+    size = f"{show_count(objects, 'object')}, {show_count(faces, 'triangle')}"
     if site is None:
         return size
     return f"{site.show(4)} · {site.zone} · {size}"

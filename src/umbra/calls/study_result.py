@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from umbra.errors import InputError, find_similar
+from umbra.errors import InputError, find_similar, show_count
 from umbra.packages import need
 from umbra.registry import take_notes
 from umbra.study.area_table import frame_areas
@@ -159,7 +159,7 @@ class ShadowStudy:
         sizes = " x ".join(f"{size:,}" for size in reversed(result.shadow_hours.shape))
         most = float(np.nanmax(result.shadow_hours, initial=0.0))
         return (
-            f"ShadowStudy of {dates}, {len(result.period.sun.is_up):,} instants\n"
+            f"ShadowStudy of {dates}, {show_count(len(result.period.sun.is_up), 'instant')}\n"
             f"receivers {result.receivers!r}, {sizes}; up to {most:.2f} of "
             f"{result.up_hours:.2f} h in shadow\n"
             f"variables: {', '.join(result.variables())}"

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.errors import InputError
+from umbra.errors import InputError, show_count
 from umbra.scene import Scene
 
 __all__ = ["WITH_LEAVES", "Canopy", "Season", "check_transmissivity", "describe_opaque"]
@@ -182,7 +182,7 @@ def describe_opaque(
     ]
     if not names:
         return None
-    what = "1 part is" if len(names) == 1 else f"{len(names):,} parts are"
+    what = show_count(len(names), "part is", "parts are")
     return (
         f"{what} transparent or may have holes in the texture (first: '{names[0]}'), and cast "
         "shadows as opaque ones do; canopy= lets a share of the light through"

@@ -7,7 +7,7 @@ import click
 from umbra.cli.click_options import SectionedCommand
 from umbra.cli.reading import files_argument, read_model, reading_options
 from umbra.cli.terminal import echo, echo_json, name_reading, show_progress
-from umbra.errors import fit_names
+from umbra.errors import fit_names, show_count
 from umbra.machine import load_compiler
 
 __all__ = ["command"]
@@ -47,8 +47,8 @@ def command(files: tuple[str, ...], shows_all: bool, as_json: bool) -> None:
     bounds = scene.bounds()
     size = bounds[1] - bounds[0]
     echo(
-        f"{len(inspection.parts):,} parts, {inspection.total.triangles:,} triangles, "
-        f"{inspection.vertices:,} vertices"
+        f"{show_count(len(inspection.parts), 'part')}, "
+        f"{show_count(inspection.total.triangles, 'triangle')}, {inspection.vertices:,} vertices"
     )
     echo(
         f"{size[0]:.2f} x {size[1]:.2f} x {size[2]:.2f} m, from "
@@ -72,9 +72,9 @@ def command(files: tuple[str, ...], shows_all: bool, as_json: bool) -> None:
     for number, animation in enumerate(scene.animations):
         echo(f"animation {number}: '{animation.name}', {animation.duration:g} s (--time poses it)")
     if scene.lights:
-        echo(f"{len(scene.lights)} lights of its own")
+        echo(f"{show_count(len(scene.lights), 'light')} of its own")
     if windows:
-        echo(f"{windows} window{'s' if windows > 1 else ''} (study --receivers windows)")
+        echo(f"{show_count(windows, 'window')} (study --receivers windows)")
     elif any(source.format.startswith("IFC") for source in scene.sources):
         echo(f"no windows; {HOW}")
     echo("closed" if inspection.total.closed else _why_open(result))

@@ -12,7 +12,7 @@ import click
 
 from umbra.cli.interrupt import stand_by
 from umbra.cli.terminal import echo, echo_json
-from umbra.errors import InputError, UmbraError, find_similar
+from umbra.errors import InputError, UmbraError, find_similar, show_count
 from umbra.machine import find_kernel_cache, pass_over_settings
 from umbra.registry import take_notes
 from umbra.version import __version__
@@ -149,8 +149,9 @@ def doctor(as_json: bool) -> None:
     echo(f"     {', '.join(packages)}")
     cache = report["cache"]
     echo(
-        f"cache {cache['folder']}, {cache['files']} files, {cache['bytes'] / 1e6:.1f} MB of at "
-        f"most {cache['limit'] / 1e6:.0f} MB (remove it to clear it; UMBRA_CACHE names another)"
+        f"cache {cache['folder']}, {show_count(cache['files'], 'file')}, "
+        f"{cache['bytes'] / 1e6:.1f} MB of at most {cache['limit'] / 1e6:.0f} MB "
+        "(remove it to clear it; UMBRA_CACHE names another)"
     )
     for offer in report["added"]:
         fault = f"; not used: {offer['reason']}" if offer["reason"] else ""
@@ -168,20 +169,20 @@ def main(arguments: list[str] | None = None) -> None:
     arguments : list of str, optional
         Those of the process by default.
     """
-    if arguments is None:
-        stand_by()
-        arguments = sys.argv[1:]
-    pass_over_settings()
-    if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="surrogateescape")  # names of files as they are
+    words = sys.argv[1:] if arguments is None else arguments
     # A flag of the whole command may stand anywhere.
-    debug = "--debug" in arguments
-    given = [argument for argument in arguments if argument != "--debug"]
-    sys.exit(_run(given, debug))
+    debug = "--debug" in words
+    given = [word for word in words if word != "--debug"]
+    sys.exit(_run(given, debug, is_process=arguments is None))
 
 
-def _run(arguments: list[str], debug: bool) -> int:
+def _run(arguments: list[str], debug: bool, *, is_process: bool) -> int:
     try:
+        if is_process:
+            stand_by()
+        pass_over_settings()
+        if isinstance(sys.stdout, io.TextIOWrapper):
+            sys.stdout.reconfigure(errors="surrogateescape")  # names of files as they are
         # Commands give nothing back; click gives the status of one that exits.
         status = umbra.main(arguments, prog_name="umbra", standalone_mode=False, obj=arguments)
     except BrokenPipeError:

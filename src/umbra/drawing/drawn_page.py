@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.drawing.overlay import Ring
+from umbra.errors import show_count
 from umbra.scene import Camera, Light, Scene
 
 __all__ = ["INK", "DrawnPart", "Fill", "Hatching", "Page", "list_losses", "tell_scale"]
@@ -98,7 +99,7 @@ def list_losses(scene: Scene, lights: Sequence[Light]) -> list[str]:
         }
         for what, is_there in has.items():
             parts[what] = parts.get(what, 0) + is_there
-    left = [f"{what} of {count} parts" for what, count in parts.items() if count]
+    left = [f"{what} of {show_count(count, 'part')}" for what, count in parts.items() if count]
     if any(light.is_point for light in lights):
         left.append("the change of a lamp's light across a face")
     return [f"vectors leave out {'; '.join(left)}"] if left else []

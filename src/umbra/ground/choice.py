@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.errors import InputError
+from umbra.errors import InputError, show_count
 from umbra.ground.feet import find_cellars
 from umbra.ground.level import (
     GAP,
@@ -29,8 +29,8 @@ from umbra.ground.level import (
 from umbra.ground.surface import AWAY, FeetSurface, make_surface
 from umbra.ground_option import FEET, LEVEL, Asked, check_ground, is_file
 from umbra.scene import Material, Mesh, Part, Scene
-from umbra.scene.camera import GROUND_COLOR
 from umbra.scene.derived import derive
+from umbra.scene.exposure import GROUND_COLOR
 from umbra.scene.mesh import ADDED_GROUND, ASSUMED, ASSUMED_UNDER, GIVEN, find_standing
 
 __all__ = [
@@ -110,7 +110,7 @@ def _tell_beyond(boxes: NDArray[np.float64], name: str, part: Part) -> list[str]
         return []
     count = f"{int(beyond.sum()):,} of {len(boxes):,}"
     note = (
-        f"{count} buildings stand where '{name}' has no land, and no hours are counted there; "
+        f"{count} objects stand where '{name}' has no land, and no hours are counted there; "
         "give a terrain that holds the model and its shadows, or ground='feet'"
     )
     return [note]
@@ -199,8 +199,7 @@ class Ground:
 
 def tell_feet(surface: FeetSurface) -> str:
     """Return what an assumed surface goes through."""
-    buildings = "1 building" if surface.buildings == 1 else f"{surface.buildings:,} buildings"
-    return f"through the feet of {buildings}"
+    return f"through the feet of {show_count(surface.buildings, 'building')}"
 
 
 def describe_surface(surface: FeetSurface) -> dict[str, object]:

@@ -74,7 +74,7 @@ class Level:
             )
             return {} if is_plain else {"assumption": note}
         note = (
-            f"the ground is assumed level at z = {level:.6g} m; {self.things} buildings stand at "
+            f"the ground is assumed level at z = {level:.6g} m; {self.things:,} objects stand at "
             f"{self.low:.6g} to {self.high:.6g} m, so one level suits few of them (ground= sets "
             "another: 'feet', a height or a terrain file)"
         )

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.errors import InputError
+from umbra.errors import InputError, show_count
 from umbra.readers.apart import FilePlan, check_apart, make_crs_error
 from umbra.readers.checks import errors_of
 from umbra.readers.georeference import (
@@ -121,7 +121,8 @@ def combine(layers: Sequence[FileLayer]) -> Combined:
         if layer.model.is_afloat and ground:
             moved[index], missed = stand_on(moved[index], ground)
             note = f"{show_name(layer.path)}: set on the terrain, at its lowest below each part"
-            notes.append(note + (f"; {missed} parts lie beside it, on its edge" if missed else ""))
+            beside = f"; {show_count(missed, 'part lies', 'parts lie')} beside it, on its edge"
+            notes.append(note + (beside if missed else ""))
     for index, layer in enumerate(layers):
         if layer.model.crowns is not None:
             others = [part for k, parts in enumerate(moved) for part in parts if k != index]

@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.errors import InputError, show_value
+from umbra.errors import InputError, show_count, show_value
 from umbra.ground.choice import find_ground
 from umbra.ground.level import TERRAIN
 from umbra.packages import need
@@ -129,7 +129,7 @@ class AreaKind(PlacedKind):
         """Describe the areas."""
         count = len(study.laid.records)
         level = AreaLevel.of(str(study.facts["areas_on"])).tell()
-        return f"{count:,} named area{'s' if count > 1 else ''}, judged {level}"
+        return f"{show_count(count, 'named area')}, judged {level}"
 
     def describe_places(self, study: Any) -> tuple[str, str]:
         """Describe the number of squares."""
@@ -365,7 +365,7 @@ def _tell_covered(names: Sequence[str], shares: NDArray[np.float64]) -> list[str
     if not len(under):
         return []
     most = int(under[np.argmax(shares[under])])
-    count = "1 area lies" if len(under) == 1 else f"{len(under)} areas lie"
+    count = show_count(len(under), "area lies", "areas lie")
     note = (
         f"{count} in part under roofs, where it is in shadow (most: '{names[most]}', "
         f"{100 * shares[most]:.0f} %); draw areas without buildings, or judge what is topmost "

@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.errors import InputError
+from umbra.errors import InputError, show_count
 from umbra.receivers.counted import Counted
 from umbra.receivers.kind import DIMS, Request, Variables
 from umbra.receivers.named import NamedReceivers
@@ -26,10 +26,8 @@ from umbra.scene import Scene
 from umbra.scene.grid import Places
 from umbra.scene.named_places import Window
 
-__all__ = ["JUDGED", "MOST_HELD", "WindowKind", "WindowReceivers", "find_windows"]
+__all__ = ["MOST_HELD", "WindowKind", "WindowReceivers", "find_windows"]
 
-JUDGED = ("centre", "sill", "pane")
-"""Where windows are judged."""
 HOW = (  # a house without windows in its file gets them
     "give them in a table: windows='FILE.csv' with name,x,y,z,azimuth,width,height "
     "(x,y,z the middle of the pane's outer face)"
@@ -173,11 +171,14 @@ class WindowKind(PlacedKind):
         count, judge = len(study.laid.records), study.facts["judge"]
         where = {"centre": "at the centre of the pane", "sill": "at the middle of the sill",
                  "pane": "as the whole pane"}  # fmt: skip
-        return f"{count:,} window{'s' if count > 1 else ''}, judged {where[judge]}"
+        return f"{show_count(count, 'window')}, judged {where[judge]}"
 
     def describe_places(self, study: Any) -> tuple[str, str]:
         """Describe the number of samples."""
-        return "Windows", f"{len(study.laid.records):,}, {len(study.shadow_hours):,} samples"
+        return (
+            "Windows",
+            f"{len(study.laid.records):,}, {show_count(len(study.shadow_hours), 'sample')}",
+        )
 
     def find_counted(self, study: Any) -> Counted:
         """Weight each sample by its share of a window."""
@@ -217,7 +218,7 @@ def _bring_out(windows: Sequence[Window], request: Request) -> tuple[list[Window
             lost.append((window.name, holder))
     if not lost:
         return settled, []
-    count = "1 window lies" if len(lost) == 1 else f"{len(lost)} windows lie"
+    count = show_count(len(lost), "window lies", "windows lie")
     note = (
         f"{count} inside a body, where no sun comes (first: '{lost[0][0]}' in '{lost[0][1]}'); "
         "x,y,z is the middle of the pane's outer face: move it out of the wall, or tell how deep "

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from umbra.errors import InputError, check_type, make_printable, show_value
+from umbra.errors import InputError, check_type, make_printable, show_count, show_value
 from umbra.scene.material import Color, Image, Material
 from umbra.scene.numbers import read_array
 
@@ -202,7 +202,7 @@ class Part:
 
     def __repr__(self) -> str:
         words = [repr(self.name)] + [word for word in (self.kind, self.layer) if word]
-        return make_printable(f"Part({', '.join(words)}, {self.triangles:,} triangles)")
+        return make_printable(f"Part({', '.join(words)}, {show_count(self.triangles, 'triangle')})")
 
     @property
     def full_name(self) -> str:

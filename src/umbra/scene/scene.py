@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.errors import InputError, find_similar, fit_names, make_printable
+from umbra.errors import InputError, find_similar, fit_names, make_printable, show_count
 from umbra.scene.exchange import Exchange
 from umbra.scene.lights import Light
 from umbra.scene.mesh import ADDED_GROUND, Part, find_box, find_used, transform_points
@@ -378,7 +378,7 @@ def _show_as_html(scene: Scene) -> str:
 
 def _sum_up(scene: Scene) -> list[str]:
     triangles = sum(part.triangles for part in scene.parts)
-    head = f"Scene: {len(scene.parts):,} parts, {triangles:,} triangles"
+    head = f"Scene: {show_count(len(scene.parts), 'part')}, {show_count(triangles, 'triangle')}"
     if not scene.parts:
         return [head]
     low, high = scene.bounds()

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.errors import InputError
+from umbra.errors import InputError, show_count
 from umbra.ground.level import TERRAIN
 from umbra.packages import need
 from umbra.scene import Scene
@@ -152,7 +152,7 @@ def tell_replaced(
     """Report the objects that are replaced, with the number of their faces, and those cut."""
     notes = []
     if names:
-        objects = "1 object" if len(names) == 1 else f"{len(names):,} objects"
+        objects = show_count(len(names), "object")
         text = (
             f"the proposal replaces {_list_names(names)} ({objects}, {faces:,} triangles): there "
         )

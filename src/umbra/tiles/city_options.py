@@ -7,7 +7,7 @@ import re
 from functools import partial
 from typing import Any
 
-from umbra.errors import InputError, show_value
+from umbra.errors import InputError, show_count, show_value
 from umbra.machine import count_cores, find_memory, name_memory
 from umbra.option_fields import (
     Given,
@@ -120,7 +120,7 @@ def _check_workers(workers: int, memory: float) -> None:
     most = min(_WORKERS_PER_CORE * cores, int(memory / _LEAST))
     if workers > most:
         msg = (
-            f"workers={workers} is too many: {cores} core{'' if cores == 1 else 's'} can be used, "
+            f"workers={workers} is too many: {show_count(cores, 'core')} can be used, "
             f"and each process needs {_LEAST / 2**30:.2g} GB of the {memory / 2**30:.1f} GB that "
             f"the run may hold; {f'give at most {most}' if most else 'leave it out'}"
         )

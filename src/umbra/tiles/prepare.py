@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import orjson
 
-from umbra.errors import InputError
+from umbra.errors import InputError, show_count
 from umbra.lights import Horizon
 from umbra.option_fields import list_options
 from umbra.scene import Scene
@@ -36,6 +36,7 @@ from umbra.tiles.job import (
     make_city_period,
 )
 from umbra.tiles.matched_parts import name_city_replaced
+from umbra.tiles.roles import Roles
 from umbra.tiles.sealed import read_sealed, write_sealed
 from umbra.tiles.settle import locate_city, settle_city
 from umbra.tiles.store import CityStore
@@ -76,9 +77,9 @@ class Preparation:
         notes = [note for file in self.catalogue.files for note in file.notes]
         notes += [*self.catalogue.notes, *self.told]
         if self.damaged:
+            count = show_count(len(self.damaged), "file was", "files were")
             notes.append(
-                f"{len(self.damaged)} files of the results were damaged and made anew (first: "
-                f"'{self.damaged[0]}')"
+                f"{count} damaged among the results and made anew (first: '{self.damaged[0]}')"
             )
         if self.job.site is not None:
             notes += tell_moved(locate_city(self.catalogue), self.job.site)
@@ -93,9 +94,10 @@ class Preparation:
         if self.job.merged:
             file, index = self.job.merged[0]
             name = self.catalogue.files[file].names_of_objects[index]
+            count = show_count(len(self.job.merged), "object is", "objects are")
             notes.append(
-                f"{len(self.job.merged):,} objects that two files hold, of one name, size and "
-                f"place, were taken once (first: '{name}')"
+                f"{count} held by two files, with one name, size and place, and taken once "
+                f"(first: '{name}')"
             )
         if self.job.options.asks_hours and not len(self.job.open().lights):
             notes.append(
@@ -172,7 +174,10 @@ def prepare_city(
     options, frame = job.options, job.frame
     period = make_city_period(options, job.site, city.min_altitude or 0.0)
     limit = partial(WorkerContext(job).setup.attribution.limit_tiles, days=len(period.days))
-    lattice, x, y = lay_out_lattice(catalogue, kind, frame, period, options, city.tiles, limit)
+    roles = Roles(catalogue, options, job.merged)
+    lattice, x, y = lay_out_lattice(
+        catalogue, roles, kind, frame, period, options, city.tiles, limit
+    )
     job = replace(job, lattice=lattice)
     _check_memory(job, city)
     facts = _describe_run(job, catalogue, ground)

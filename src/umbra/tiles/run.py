@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import orjson
 
-from umbra.errors import InputError, UmbraError
+from umbra.errors import InputError, UmbraError, show_count
 from umbra.folders.atomic import NO_LOCKS
 from umbra.folders.unfinished_folder import UnfinishedFolder
 from umbra.study.area_table import AreaTable
@@ -65,7 +65,7 @@ class CityRun:
     areas: AreaTable | None = None
 
     def __repr__(self) -> str:
-        return f"CityRun('{self.folder}', {len(self.job.tiles()):,} tiles)"
+        return f"CityRun('{self.folder}', {show_count(len(self.job.tiles()), 'tile')})"
 
     @property
     def dataset(self) -> "xr.Dataset":
@@ -148,10 +148,8 @@ def run_job(
     is_changed = store.finish(facts)
     notes = []
     if damaged:
-        notes.append(
-            f"{len(damaged)} tiles whose files were damaged were counted again (first: "
-            f"{damaged[0]})"
-        )
+        again = show_count(len(damaged), "damaged tile was", "damaged tiles were")
+        notes.append(f"{again} counted again (first: {damaged[0]})")
     elif is_changed and not left and context.kind.is_plan:
         notes.append(f"the metadata of '{job.store}' were damaged and made anew")
     return CityRun(folder, job, facts, tuple(notes), table)

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.errors import show_count
 from umbra.packages import need
 from umbra.verdicts.subjects import Subjects
 
@@ -40,7 +41,7 @@ def tell_buried(subjects: Subjects, ground: NDArray[np.float64]) -> list[str]:
     if not len(under):
         return []
     first = int(under[0])
-    count = "1 window lies" if len(under) == 1 else f"{len(under):,} windows lie"
+    count = show_count(len(under), "window lies", "windows lie")
     note = (
         f"{count} below the ground, which hides no sun from them (first: "
         f"'{subjects.names[first]}', by {ground[first] - top[first]:.2f} m); check z in windows= "

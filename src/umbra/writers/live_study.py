@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from umbra.errors import InputError
+from umbra.errors import InputError, show_count
 from umbra.readers.georeference import show_crs
 from umbra.scene import Scene
 from umbra.study import Study, name_dates
@@ -73,7 +73,7 @@ def _count(study: Study) -> str:
     """Count the samples of a study, and say how far they are apart."""
     count = len(study.shadow_hours)
     if study.samples is None:
-        return f"{count:,} point{'' if count == 1 else 's'}"
+        return show_count(count, "point")
     return f"{count:,} samples, {study.samples.spacing:.3g} m apart"
 
 

@@ -8,6 +8,7 @@ from zoneinfo import ZoneInfo
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.errors import show_count
 from umbra.sky.free_sky import ExactSky
 from umbra.sky.projections import Projection, find_projection
 from umbra.sun import find_sun
@@ -342,7 +343,7 @@ def _list_parts(
     if rest:
         rows.append(
             (
-                f"{len(rest)} other{'s' if len(rest) > 1 else ''}",
+                show_count(len(rest), "other"),
                 sum(share for _, share in rest),
                 _OTHER,
             )

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.casters import Canopy
+from umbra.errors import show_count
 from umbra.lights import Period
 from umbra.rules.first_format import Check
 from umbra.rules.record import Place
@@ -136,7 +137,7 @@ def say_intervals(zone: str, intervals: SunIntervalTable, index: tuple[int, ...]
     n = int(intervals.count[index])
     hours = float(to_hours(intervals.sun)[index])
     return (
-        f"{say_hours(hours)} of sun in {n} spell{'s' if n > 1 else ''}, "
+        f"{say_hours(hours)} of sun in {show_count(n, 'spell')}, "
         f"from {read_clock(zone, first)} to {read_clock(zone, last)}{behind}"
     )
 

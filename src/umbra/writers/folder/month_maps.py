@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.errors import show_count
 from umbra.study import Study
 from umbra.writers.csv_tables import write_table
 from umbra.writers.folder import FolderJob
@@ -114,7 +115,7 @@ def lay_out_months(
     for k, number in enumerate(month.tolist()):
         own = float(up[k])
         lack = np.float32(most - own if show == "sun" else 0.0)
-        days = f"mean of {dates[k]} date{'' if dates[k] == 1 else 's'}"
+        days = f"mean of {show_count(dates[k], 'date')}"
         maps.append(DayMap(
             read(k, lack), calendar.month_name[number], f"{days} · {own:.3g} h with the sun up",
             is_night=own <= 0, dark_from=most if show == "sun" else own,

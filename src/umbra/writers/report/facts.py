@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from umbra.casters import Canopy
+from umbra.errors import show_count
 from umbra.study import Study
 from umbra.sun import name_days
 
@@ -118,7 +119,7 @@ def find_facts(
 def _tell_canopies(canopy: Canopy) -> str:
     """Describe the canopies and the share of light that they transmit."""
     season, count = canopy.season, len(canopy.casting)
-    words = f"{count:,} part{'s' if count > 1 else ''}: a receiver that only canopies shade "
+    words = f"{show_count(count, 'part')}: a receiver that only canopies shade "
     words += f"gets {100 * season.with_leaves:.3g} % of the sun"
     if season.first is not None and season.last is not None:
         first, last = ("{:02}-{:02}".format(*day) for day in (season.first, season.last))
