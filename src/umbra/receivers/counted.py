@@ -46,7 +46,8 @@ class Counted:
         """Write the total weight with its unit; a large area in hectares."""
         if self.unit == "m²" and self.whole >= _HECTARE:
             return f"{self.whole / _HECTARE:.3g} ha"
-        return f"{self.whole:,.0f} {self.unit}"
+        text = f"{self.whole:,.0f}"
+        return f"{text} {self.unit.removesuffix('s') if text == '1' else self.unit}"
 
     def tell_whole_of(self) -> str:
         """Write the total weight, and of what: ``2,656 m² of open ground``, ``2 points``."""
