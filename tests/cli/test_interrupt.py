@@ -263,3 +263,23 @@ def test_ctrl_c_ends_every_reader(tmp_path_factory, family, seconds):
     assert status in INTERRUPTED
     assert not out
     assert err.splitlines()[-1].startswith("umbra: interrupted")
+
+
+def test_while_modules_load_it_ends_at_once_without_their_stack():
+    told = """
+    import signal, sys
+
+    class Interrupting:
+        def find_spec(self, name, *_):
+            if name == "umbra.cli.terminal":
+                signal.raise_signal(signal.SIGINT)
+
+    sys.meta_path.insert(0, Interrupting())
+    import umbra.cli
+    """
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(told)],
+        capture_output=True, text=True, timeout=IN_TIME, check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, "", "")
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

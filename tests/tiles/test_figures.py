@@ -1,8 +1,11 @@
 """Figures of a city in tiles are of what counts in one study, and the same."""
 
+import json
+
+import numpy as np
 import pytest
 from PIL import Image
-from support.cities import DAY
+from support.cities import DAY, SITE, write_city
 
 import umbra
 from umbra.receivers.counted import NEAR
@@ -42,3 +45,30 @@ def test_what_counts_is_told_as_of_one_study(city, tmp_path, extent):
     assert (found.what, found.whole) == (whole.what, pytest.approx(whole.whole, rel=1e-12))
     assert (" in the frame" in found.what) == (extent is not None)
     assert f"{NEAR:g} m" in found.what
+
+
+@pytest.mark.parametrize(("size", "near"), [(1.5, 7.6), (4.0, NEAR)])
+@pytest.mark.parametrize("receivers", ["ground", "top"])
+def test_small_models_count_ground_within_the_same_distance(tmp_path, size, near, receivers):
+    lawn = "lawn", 85000 - 20 * size, 447000 - 15 * size, -0.1, 40 * size, 30 * size, 0.1, 0.0
+    things = [
+        ("box", 85000, 447000, 0, size, size / 2, 0.75 * size, 0.3),
+        ("kiosk", 85000 + 2 * size, 447000, 0, 0.4 * size, size / 2, 0.6 * size, 0.1),
+        ("tree", 85000 - 4 * size, 447000, 0, 0.4 * size, size / 2, 2 * size, 0.1),
+    ]
+    files = [write_city(tmp_path / f"{thing[0]}.city.json", [thing]) for thing in (*things, lawn)]
+    model = json.loads(files[-1].read_text())
+    model["CityObjects"]["lawn"]["type"] = "TINRelief"
+    (geometry,) = model["CityObjects"]["lawn"]["geometry"]
+    geometry |= {"type": "CompositeSurface", "boundaries": geometry["boundaries"][0][1:2]}
+    files[-1].write_text(json.dumps(model))
+    options = {**DAY, "every": "2h", "receivers": receivers, "cell": size / 8, "canopy": "tree"}
+    site = umbra.Site(**SITE)
+    study = umbra.shadow_study(umbra.read(*files), site, **options).result
+    whole = study.kind.find_counted(study)
+    made = umbra.city_study(files, site, out=tmp_path / "tiles", tiles=10 * size, **options)
+    found = find_figures(tmp_path / "tiles").counted
+    assert (found.what, found.whole) == (whole.what, pytest.approx(whole.whole, rel=1e-12))
+    assert f"within {near:g} m" in found.what
+    for name in ("x", "y", "sun_hours"):
+        np.testing.assert_array_equal(made.dataset[name], getattr(study, name))

@@ -18,7 +18,7 @@ from support.shapes import box
 from umbra import read
 from umbra.gl.scene_renderer import SceneRenderer
 from umbra.ground.choice import find_ground
-from umbra.scene.pale import PALENESS, STUDIO, TABLE, expose_suns, make_pale
+from umbra.scene.pale import PALENESS, PAPER, STUDIO, expose_suns, make_pale
 from umbra.window.handles import find_handles, project
 from umbra.window.pacing import SMOOTH
 from umbra.window.view_state import SUN
@@ -26,8 +26,8 @@ from umbra.window.view_state import SUN
 PANEL = 290
 SIZE = (1280 - PANEL, 800)
 TIME_SLIDER = (105, 275, 159)  # left, right and middle of the panel's slider
-COUNTING = (150, 477)  # the heading of the section that holds
-DETAIL = (190, 555)  # the middle of the slider in a row of its own, below the size of masks
+COUNTING = (150, 457)  # the heading of the section that holds
+DETAIL = (190, 535)  # the middle of the slider in a row of its own, below the size of masks
 
 
 @pytest.fixture
@@ -42,8 +42,8 @@ def model(tmp_path):
 def draw_pale(model):
     """Draw pictures as the window does, by the renderer alone: pale, its suns exposed."""
     ground = find_ground(read(model))
-    scene = make_pale(ground.scene, PALENESS, TABLE)
-    with SceneRenderer(scene, ground.level, ground_color=TABLE) as renderer:
+    scene = make_pale(ground.scene, PALENESS, PAPER)
+    with SceneRenderer(scene, ground.level, ground_color=PAPER) as renderer:
 
         def draw(camera, lights, method="auto", *, samples=SMOOTH):
             renderer.still.forget()

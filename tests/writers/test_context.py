@@ -9,7 +9,7 @@ from support.shapes import box
 
 import umbra
 from umbra import InputError
-from umbra.readers.context_table import name_kind
+from umbra.readers.context_table import name_context_kind
 from umbra.scene import Mesh, Part, make_scene
 from umbra.writers.folder.context import cut_line, find_context
 
@@ -188,7 +188,7 @@ def test_parts_of_the_model_are_context_by_their_kind(tmp_path):
     ],
 )
 def test_columns_then_names_say_what_a_feature_is(columns, names, kind):
-    assert name_kind(columns, *names) == kind
+    assert name_context_kind(columns, *names) == kind
 
 
 @pytest.mark.parametrize(

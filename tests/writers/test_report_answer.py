@@ -56,6 +56,17 @@ def test_the_first_screen_has_outcome_answer_date_and_map(page, study, report, w
     assert titles.index("Sun: 1 of 1 fail") == 1  # before all figures
 
 
+def test_figures_stand_beside_a_narrow_map_whose_slider_is_in_view(page, report):
+    page.resize(1180, 840)
+    page.open(report, READY)
+    page.ask("scrollTo(0, 0)")
+    corner = "document.querySelector('{}').getBoundingClientRect().{}"
+    end, begin = (page.ask(corner.format(*of)) for of in (("#map", "right"), ("#where", "left")))
+    assert end < 790  # 808 is as wide as it may be
+    assert begin - end == pytest.approx(28, abs=3)
+    assert page.ask(corner.format("#time", "bottom")) <= 840
+
+
 def test_the_map_has_the_hours_lost_in_their_colours_until_the_sun_is_moved(page, study, report):
     page.open(report, READY)
     page.ask("document.querySelector('[data-zoom=\"0\"]').click()")

@@ -9,6 +9,8 @@ from fontTools.pens.ttGlyphPen import TTGlyphPen
 from matplotlib import font_manager
 
 from umbra.writers import paper, typeface
+from umbra.writers.folder import Outputs
+from umbra.writers.folder.captions import name_model
 from umbra.writers.paper import Leaf, Paper, find_font, measure_text
 from umbra.writers.typeface import FACE, find_families, load_font, note_missing
 
@@ -77,3 +79,8 @@ def test_letters_that_no_typeface_has_are_named_once_and_not_warned_of(capfd):
         assert measure_text(NOBODYS, 9.0) > 0
     assert capfd.readouterr().err == ""
     assert paper.logging.getLogger("matplotlib.font_manager").level == 0
+
+
+def test_titles_stand_on_one_line():
+    assert name_model(["city_block.city.json", "new\nline.obj"]) == "City block + New line"
+    assert Outputs(title="two\nlines", subtitle=" three\tmore ").title == "two lines"

@@ -335,6 +335,13 @@ class ViewOptions(Options):
             from umbra.sun.local_time import parse_date  # noqa: PLC0415
 
             parse_date(self.date)
+        if self.out is not None and not str(self.out).lower().endswith((".html", ".htm", ".png")):
+            stem = Path(self.out).stem or "view"
+            msg = (
+                f"'{self.out}' would be a page or a screenshot; name it {stem}.html, or {stem}.png "
+                "with a window"
+            )
+            raise InputError(msg, option="out")
         self._check_horizon()
 
     def _check_horizon(self) -> None:

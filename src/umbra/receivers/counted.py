@@ -46,7 +46,8 @@ class Counted:
         """Write the total weight with its unit; a large area in hectares."""
         if self.unit == "m²" and self.whole >= _HECTARE:
             return f"{self.whole / _HECTARE:.3g} ha"
-        return f"{self.whole:,.0f} {self.unit}"
+        text = f"{self.whole:,.0f}"
+        return f"{text} {self.unit.removesuffix('s') if text == '1' else self.unit}"
 
     def tell_whole_of(self) -> str:
         """Write the total weight, and of what: ``2,656 m² of open ground``, ``2 points``."""
@@ -79,21 +80,23 @@ def meets_frame(cells: NDArray[np.bool_]) -> bool:
     return any(bool(side.any()) for side in (cells[0], cells[-1], cells[:, 0], cells[:, -1]))
 
 
-def choose_near(low: NDArray[np.float64], high: NDArray[np.float64]) -> float:
+def choose_near(built: NDArray[np.float64] | None) -> float:
     """
     Choose how far from buildings ground counts in figures: 20 m; less for a model like a chair.
 
     Parameters
     ----------
-    low, high : (3,) float64
-        Bounds of all that stands on the ground [m].
+    built : (2, 3) float64, optional
+        Bounds of all that receives and is no ground, of a whole model or city [m].
 
     Returns
     -------
     near : float
         Distance [m], at most twice the longest side of the bounds.
     """
-    return min(NEAR, float(f"{_SIZES * float((high - low).max()):.2g}"))
+    if built is None:
+        return NEAR
+    return min(NEAR, float(f"{_SIZES * float(np.ptp(built, axis=0).max()):.2g}"))
 
 
 def reach_from_centres(near: float, cell: tuple[float, float]) -> float:

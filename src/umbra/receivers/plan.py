@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from umbra.ground.choice import find_ground
 from umbra.ground.level import TERRAIN, Level, check_stated, has_terrain, measure_bases
 from umbra.receivers.counted import (
-    NEAR,
     Counted,
     choose_near,
     find_near,
@@ -145,8 +144,7 @@ class PlanRaster(Raster):
     @cached_property
     def near(self) -> float:
         """Farthest that ground counts in figures from a building [m]."""
-        bounds = find_built_bounds(self.casting)
-        return NEAR if bounds is None else choose_near(*bounds)
+        return choose_near(find_built_bounds(self.casting))
 
     def finish(self) -> NDArray[np.bool_] | None:
         """Add the assumptions about the ground to the facts."""
@@ -225,7 +223,7 @@ class PlanKind(ReceiverKind):
         # If nothing receives beyond a terrain, the extent need not hold shadows.
         ends = has_end and not ground.is_added
         reaching = np.zeros((0, 3)) if ends or is_stated else request.find_reaching()
-        held = None if is_stated else find_held(model, request.options, dense, is_bounded=ends)
+        held = None if is_stated else _hold_counted(model, request.options, dense, has_end=ends)
         grid, x, y = lay_out(skyline, reaching, held=held, **request.find_room())
         if coarse := tell_coarse(grid, boxes):
             facts["cell_note"] = coarse
@@ -234,6 +232,19 @@ class PlanKind(ReceiverKind):
             facts, x=x, y=y, ground=level, assumed=assumed,
             grid=replace(grid, x0=grid.x0 - origin[0], y0=grid.y0 - origin[1]),
         )  # fmt: skip
+
+
+def _hold_counted(
+    model: PlanModel, options: Any, dense: NDArray[np.float64] | None, *, has_end: bool
+) -> NDArray[np.float64] | None:
+    """Return the rectangle (2, 2) of all ground that figures are of, in own coordinates [m]."""
+    scene, areas = model.scene, None
+    if options.areas is not None:
+        from umbra.receivers.area_search import bound_areas  # noqa: PLC0415  (readers of areas)
+
+        areas = bound_areas(scene, options.areas)
+    ground = scene.model_bounds() if has_end else None
+    return find_held(find_built_bounds(model), areas, options.band, dense=dense, ground=ground)
 
 
 def _find_standing(scene: Scene) -> NDArray[np.float64]:

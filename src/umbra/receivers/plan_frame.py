@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,65 +14,48 @@ from umbra.receivers.plan_tiles import PlanModel
 from umbra.scene import Scene, Triangles
 from umbra.scene.derived import derive
 
-__all__ = ["find_built_bounds", "find_held", "find_skyline", "join_boxes", "spread_near"]
+__all__ = ["find_built_bounds", "find_held", "find_skyline", "join_boxes"]
 
 
 def find_held(
-    model: PlanModel, options: Any, dense: NDArray[np.float64] | None, *, is_bounded: bool
+    built: NDArray[np.float64] | None,
+    areas: NDArray[np.float64] | None,
+    band: Sequence[str],
+    *,
+    dense: NDArray[np.float64] | None = None,
+    ground: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float64] | None:
     """
     Find the rectangle of all ground that figures are of: near buildings, and named areas.
 
     Parameters
     ----------
-    model : PlanModel
-    options : StudyOptions
+    built : (2, 3) float64, optional
+        Bounds of all that receives and is no ground, of a whole model or city [m].
+    areas : (2, 2) float64, optional
+        Bounds of the named areas [m].
+    band : sequence of str
+        Bands around the areas, see `read_bands`.
     dense : (2, 2) float64, optional
         Rectangle of the buildings that the plan shows, of a scattered model [m].
-    is_bounded : bool
-        Whether nothing receives beyond the model.
+    ground : (2, 2) or (2, 3) float64, optional
+        Bounds of the ground, if it ends [m].
 
     Returns
     -------
     held : (2, 2) float64 or None
-        Lower left and upper right corner, in the model's own coordinates [m].
+        Lower left and upper right corner [m].
     """
-    bounds, scene = find_built_bounds(model), model.scene
     boxes = []
-    if bounds is not None:
-        shown = bounds[:, :2] if dense is None else np.clip(bounds[:, :2], *dense)
-        ground = scene.model_bounds()[:, :2] if is_bounded else None
-        boxes.append(spread_near(shown, choose_near(*bounds), ground))
-    if options.areas is not None:
-        boxes.append(find_area_box(scene, options))
+    if built is not None:
+        near = choose_near(built)
+        shown = built[:, :2] if dense is None else np.clip(built[:, :2], *dense)
+        box = shown + np.array([[-near], [near]])
+        boxes.append(box if ground is None else np.clip(box, *ground[:, :2]))
+    if areas is not None:
+        reach = max((far for _, far in read_bands(band)), default=0.0)
+        boxes.append(areas + np.array([[-reach], [reach]]))
     return join_boxes(boxes)
-
-
-def spread_near(
-    built: NDArray[np.float64], near: float, ground: NDArray[np.float64] | None = None
-) -> NDArray[np.float64]:
-    """
-    Return the bounds (2, 2) of the ground near buildings [m].
-
-    Parameters
-    ----------
-    built : (2, 2) float64
-        Bounds of the buildings' plans.
-    near : float
-        See `choose_near`.
-    ground : (2, 2) float64, optional
-        Bounds of the ground, if it ends.
-    """
-    box = built + np.array([[-near], [near]])
-    return box if ground is None else np.clip(box, *ground)
-
-
-def find_area_box(scene: Scene, options: Any) -> NDArray[np.float64]:
-    """Return the bounds (2, 2) of named areas, or of their bands, in own coordinates [m]."""
-    from umbra.receivers.area_search import bound_areas  # noqa: PLC0415  (readers of areas)
-
-    reach = max((far for _, far in read_bands(options.band)), default=0.0)
-    return bound_areas(scene, options.areas) + np.array([[-reach], [reach]])
 
 
 def join_boxes(boxes: Sequence[NDArray[np.float64]]) -> NDArray[np.float64] | None:
@@ -85,7 +67,7 @@ def join_boxes(boxes: Sequence[NDArray[np.float64]]) -> NDArray[np.float64] | No
 
 
 def find_built_bounds(model: PlanModel) -> NDArray[np.float64] | None:
-    """Return the bounds (2, 3) of all that is no ground, in own coordinates [m]; None if none."""
+    """Return the bounds of all that receives and is no ground, (2, 3) in own coordinates [m]."""
     scene, soup = model.scene, model.soup
 
     def find() -> NDArray[np.float64] | None:

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from umbra.scene.camera import BOUNCE, DAY, Sky, choose_sky
+from umbra.scene.exposure import BOUNCE, DAY, Sky, choose_sky
 from umbra.scene.lights import Light
 from umbra.scene.mesh import ADDED_GROUND
 from umbra.scene.scene import Scene
@@ -16,7 +16,6 @@ __all__ = [
     "PAPER",
     "RISE",
     "STUDIO",
-    "TABLE",
     "choose_pale_sky",
     "expose_suns",
     "has_looks",
@@ -28,8 +27,6 @@ PALENESS = 0.72
 """Share of plaster in the colours of surfaces."""
 PAPER = (0.90, 0.87, 0.82)
 """Of a ground that the picture adds; linear RGB."""
-TABLE = (0.58, 0.565, 0.54)
-"""Of that ground where neither lines nor dark corners part it from walls: in windows."""
 
 STUDIO = Sky((0.50, 0.64, 0.88), (0.93, 0.925, 0.91), BOUNCE, 0.13)
 """A warm horizon, and blue light in shadows, little enough for their contrast."""

@@ -1,7 +1,7 @@
 """What is decided once for a whole city: its frame, its ground, its lattice, and its duplicates."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,12 +10,10 @@ from umbra.devices import DEFAULT
 from umbra.errors import InputError
 from umbra.lights import Period
 from umbra.receivers import name_kind
-from umbra.receivers.bands import read_bands
-from umbra.receivers.counted import choose_near
 from umbra.receivers.kind import ReceiverKind
 from umbra.receivers.layout import TILE, Skyline, lay_out
 from umbra.receivers.plan import STREAMED_TILE
-from umbra.receivers.plan_frame import join_boxes, spread_near
+from umbra.receivers.plan_frame import find_held, join_boxes
 from umbra.scene.grid import Grid
 from umbra.study.accumulators.arrays import ResultOptions
 from umbra.study.options import StudyOptions
@@ -23,6 +21,7 @@ from umbra.tiles.city_catalogue import Catalogue, CityFile
 from umbra.tiles.city_ground import CityGround, find_origin
 from umbra.tiles.city_lattice import Lattice, find_side
 from umbra.tiles.job import CityFrame
+from umbra.tiles.roles import Roles
 
 __all__ = ["choose_kind", "find_frame", "find_merged", "lay_out_lattice"]
 
@@ -68,6 +67,7 @@ def find_frame(catalogue: Catalogue, kind: ReceiverKind, ground: CityGround) -> 
 
 def lay_out_lattice(
     catalogue: Catalogue,
+    roles: Roles,
     kind: ReceiverKind,
     frame: CityFrame,
     period: Period,
@@ -81,6 +81,7 @@ def lay_out_lattice(
     Parameters
     ----------
     catalogue : Catalogue
+    roles : Roles
     kind : ReceiverKind
     frame : CityFrame
     period : Period
@@ -113,7 +114,11 @@ def lay_out_lattice(
     reaching = np.zeros((0, 3)) if ends else period.find_reaching_suns()
     corners = catalogue.find_corners() if options.extent is None else iter(())
     skyline = Skyline.gather(corners, low, high, frame.ground)
-    held = None if options.extent is not None else _find_held(catalogue, options, is_bounded=ends)
+    held = None
+    if options.extent is None:
+        ground = catalogue.bounds if ends else None
+        areas = _bound_areas(options)
+        held = find_held(roles.find_built_bounds(), areas, options.band, ground=ground)
     size, cell = options.size, options.cell
     if size is None and cell is None:
         cell = CELL
@@ -129,21 +134,10 @@ def lay_out_lattice(
     return Lattice(local, side, limit(min(TILE, STREAMED_TILE) if is_streamed else TILE)), x, y
 
 
-def _find_held(
-    catalogue: Catalogue, options: StudyOptions, *, is_bounded: bool
-) -> NDArray[np.float64] | None:
-    """Return the rectangle (2, 2) of the ground near buildings and of areas, as of one study."""
-    boxes, bounds = catalogue.find_bases().boxes, catalogue.bounds
-    held = []
-    if len(boxes):
-        low, high = boxes[:, 0, :2].min(0), boxes[:, 1, :2].max(0)
-        near = choose_near(np.append(low, bounds[0, 2]), np.append(high, bounds[1, 2]))
-        held.append(spread_near(np.stack([low, high]), near, bounds[:, :2] if is_bounded else None))
-    if options.areas is not None:
-        polygons = [area.polygon.bounds for area in cast("Any", options.areas)]
-        reach = max((far for _, far in read_bands(options.band)), default=0.0)
-        held += [np.reshape(box, (2, 2)) + ((-reach,), (reach,)) for box in polygons]
-    return join_boxes(held)
+def _bound_areas(options: StudyOptions) -> NDArray[np.float64] | None:
+    """Return the bounds (2, 2) of the named areas [m]; None without areas."""
+    areas: Any = options.areas
+    return join_boxes([np.reshape(area.polygon.bounds, (2, 2)) for area in areas or ()])
 
 
 def _check_side(length: float, cell: float, whole: float) -> None:

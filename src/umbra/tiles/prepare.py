@@ -36,6 +36,7 @@ from umbra.tiles.job import (
     make_city_period,
 )
 from umbra.tiles.matched_parts import name_city_replaced
+from umbra.tiles.roles import Roles
 from umbra.tiles.sealed import read_sealed, write_sealed
 from umbra.tiles.settle import locate_city, settle_city
 from umbra.tiles.store import CityStore
@@ -173,7 +174,10 @@ def prepare_city(
     options, frame = job.options, job.frame
     period = make_city_period(options, job.site, city.min_altitude or 0.0)
     limit = partial(WorkerContext(job).setup.attribution.limit_tiles, days=len(period.days))
-    lattice, x, y = lay_out_lattice(catalogue, kind, frame, period, options, city.tiles, limit)
+    roles = Roles(catalogue, options, job.merged)
+    lattice, x, y = lay_out_lattice(
+        catalogue, roles, kind, frame, period, options, city.tiles, limit
+    )
     job = replace(job, lattice=lattice)
     _check_memory(job, city)
     facts = _describe_run(job, catalogue, ground)

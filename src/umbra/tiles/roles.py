@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 
 from umbra.casters import Canopy, Season
 from umbra.errors import InputError
+from umbra.ground.level import TERRAIN
+from umbra.receivers.plan_frame import join_boxes
 from umbra.scene.mesh import ADDED_GROUND
 from umbra.study.accumulators.attribution import AttributionOptions
 from umbra.study.accumulators.before_and_after import Proposal
@@ -109,6 +111,25 @@ class Roles:
         if options.on:
             receives &= find_matching(file, options.on)
         return receives & ~self.find_canopies(number) if options.canopy else receives
+
+    def find_built_bounds(self) -> NDArray[np.float64] | None:
+        """
+        Return the bounds of all that receives and is no ground, (2, 3) in own coordinates [m].
+
+        As of one model; None if there is nothing.
+        """
+        boxes = []
+        for file in self._catalogue.files:
+            kinds, geometry = file.kinds_of_parts, file.geometry
+            stands = np.array([kind not in TERRAIN for kind in kinds]) & self.find_receiving(
+                file.number
+            )
+            is_used = np.zeros(len(geometry.vertices), np.bool_)
+            is_used[geometry.faces[stands[geometry.part]]] = True
+            corners = geometry.vertices[is_used]
+            if len(corners):
+                boxes.append(np.stack([corners.min(0), corners.max(0)]) + file.origin)
+        return join_boxes(boxes)
 
     def check(self) -> None:
         """

@@ -29,6 +29,24 @@ DAY = 24 * 60
 """Minutes of a day's clock."""
 _PATH_STEP = 5  # [min] between points of a day's path
 _LOWEST = 0.05  # [degrees]; below, shadows are endless
+_WINDS = [
+    "N",
+    "NNE",
+    "NE",
+    "ENE",
+    "E",
+    "ESE",
+    "SE",
+    "SSE",
+    "S",
+    "SSW",
+    "SW",
+    "WSW",
+    "W",
+    "WNW",
+    "NW",
+    "NNW",
+]
 
 
 @dataclass(frozen=True)
@@ -80,6 +98,15 @@ class Sun:
             return self.azimuth, self.altitude
         path = find_sun(self.site, [self.when()])  # type: ignore[arg-type]
         return float(path.azimuth[0]), float(path.altitude[0])
+
+    def tell_place(self) -> str:
+        """Tell where it stands, in the words of the live page."""
+        azimuth, altitude = self.place()
+        if altitude <= 0:
+            return f"the sun is {-altitude:.1f}° below the horizon"
+        wind = _WINDS[round(azimuth / (360 / len(_WINDS))) % len(_WINDS)]
+        behind = ", behind the land" if self.is_behind_land else ""
+        return f"sun {altitude:.1f}° high in the {wind} ({azimuth:.1f}°){behind}"
 
     def direction(self) -> NDArray[np.float64]:
         """Return the unit vector toward the sun in the model's axes, (3,) float64."""

@@ -39,8 +39,8 @@ _LABELS = {
     "edges": "Silhouettes",
     "counts": "Counts",
     "components": "Components",
-    "profile": "Profile",
-    "relief": "Relief",
+    "profile": "Hours of shadow",
+    "relief": "Hours as relief",
 }
 _SPEEDS = {"15 min/s": 15.0, "1 h/s": 60.0, "3 h/s": 180.0}
 _LOG = imgui.SliderFlags_.logarithmic.value
@@ -157,7 +157,7 @@ def _open(name: str, *, is_open: bool = False) -> bool:
 
 def _draw_sun(view: ViewState, controls: Controls) -> ViewState:
     sun = view.sun
-    _, shines = imgui.checkbox("Shines", sun.shines)
+    _, shines = imgui.checkbox("Sun", sun.shines)
     if sun.site is not None:
         for label, by_clock in (("by clock", True), ("by angles", False)):
             imgui.same_line()
@@ -185,13 +185,8 @@ def _draw_clock(sun: Sun, site: Site) -> Sun:
     minutes = slide(sun.clock(), "time", sun.minutes, 0.0, DAY - 1.0)
     if minutes != sun.minutes:
         sun = replace(sun, minutes=float(round(minutes)))
-    azimuth, altitude = sun.place()
-    imgui.text_colored(DIM, f"azimuth {azimuth:.1f}°, altitude {altitude:.1f}°")
-    if sun.is_behind_land:
-        imgui.text_colored(WARNING, "behind the land")
-    else:
-        imgui.text_colored(DIM, tell_daylight_hours(site, sun.date))
-    imgui.text_colored(DIM, site.zone)
+    say(sun.tell_place(), WARNING if sun.is_behind_land else DIM)
+    imgui.text_colored(DIM, tell_daylight_hours(site, sun.date))
     return sun
 
 

@@ -23,8 +23,8 @@ from umbra.methods import Softness
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import GROUND, DepthBuffer
 from umbra.scene import Camera, Light, Scene
-from umbra.scene.camera import GROUND_COLOR, Sky, choose_sky
-from umbra.scene.pale import PALENESS, TABLE, choose_pale_sky, expose_suns, make_pale
+from umbra.scene.exposure import GROUND_COLOR, Sky, choose_sky
+from umbra.scene.pale import PALENESS, PAPER, choose_pale_sky, expose_suns, make_pale
 from umbra.soft import find_method
 from umbra.window.daylight import Suns
 from umbra.window.frame_profile import Relief, ShadowProfile, count_profile
@@ -104,7 +104,7 @@ class ViewPainter:
         *,
         is_pale: bool = False,
     ) -> None:
-        scene = make_pale(scene, PALENESS, TABLE) if is_pale else scene
+        scene = make_pale(scene, PALENESS, PAPER) if is_pale else scene
         self.device, self.scene, self.ground, self.threads = device, scene, ground, threads
         self.is_pale = is_pale
         self._warnings: list[str] = []
@@ -120,7 +120,7 @@ class ViewPainter:
         self.renderer = SceneRenderer(
             self.scene, self.ground, casters=self._list_casters(), device=self.device,
             softness=Softness(samples=SAMPLES), warn=warn,
-            ground_color=TABLE if self.is_pale else GROUND_COLOR,
+            ground_color=PAPER if self.is_pale else GROUND_COLOR,
         )  # fmt: skip
         self._counter: tuple[str, Any] | None = None
         self._decorate()
@@ -181,14 +181,14 @@ class ViewPainter:
         statistics = {} if is_apart else dict(zip(shining, self.renderer.statistics, strict=True))
         suns = view.profile_suns() if view.overlays & {"profile", "relief"} else None
         if suns is not None and "profile" in view.overlays:
-            with self.renderer._timed("profile"), State(self.device) as state:
+            with self.renderer.time_pass("profile"), State(self.device) as state:
                 self.profile.draw_hours(state, suns)
         highest, shown = 0, view.overlays if view.chosen in shining else frozenset()
         if shown:
-            with self.renderer._timed("overlays"):
+            with self.renderer.time_pass("overlays"):
                 highest = self._draw_overlays(view, shrink)
         if suns is not None and "relief" in view.overlays:
-            with self.renderer._timed("relief"):
+            with self.renderer.time_pass("relief"):
                 self._draw_relief(view, suns)
         self.device.gl.Finish()
         self.device.check("a view was drawn")
@@ -318,7 +318,7 @@ class ViewPainter:
     def _paint_ground(self, linear: NDArray, frame: VisibleSurface) -> NDArray:
         """Return a picture in linear RGB whose plane has the colour of a table, if pale."""
         if self.is_pale:
-            linear[frame.part == GROUND] *= np.array(TABLE) / GROUND_COLOR
+            linear[frame.part == GROUND] *= np.array(PAPER) / GROUND_COLOR
         return linear
 
     def _light(

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.receivers.counted import NEAR, Counted, find_near, reach_from_centres
+from umbra.receivers.counted import Counted, choose_near, find_near, reach_from_centres
 from umbra.receivers.plan import PlanKind
 from umbra.study.accumulators.attribution import AttributionOptions
 from umbra.study.compare import LEAST
@@ -78,6 +78,7 @@ class PlanFigures:
         assert plan.job.lattice is not None
         self._grid = plan.job.lattice.grid
         self._cell = self._grid.dx * self._grid.dy
+        self._near = choose_near(plan.context.roles.find_built_bounds())
         self._which: dict[int, NDArray[np.uint8]] = {}
         self._open: dict[int, NDArray[np.uint8]] = {}
         self.counted = self._find()
@@ -113,7 +114,7 @@ class PlanFigures:
             return None
         what, _, _ = kind.what_counts.partition(",")
         if has_built:
-            what += f"{' in the frame' if is_cut else ''}, within {NEAR:g} m of buildings"
+            what += f"{' in the frame' if is_cut else ''}, within {self._near:g} m of buildings"
         return Counted(np.ones(1, np.bool_), np.array([count * self._cell]), "m²", what)
 
     def _look(self, tile: StoredTile) -> NDArray[np.bool_]:
@@ -148,7 +149,7 @@ class PlanFigures:
     ) -> NDArray[np.bool_]:
         """Return the cells of some rows that lie near built ones."""
         cell = self._grid.dx, self._grid.dy
-        reach = reach_from_centres(NEAR, cell)
+        reach = reach_from_centres(self._near, cell)
         aside = int(reach / cell[1]) + 1
         first, end = max(strip.start - aside, 0), min(strip.stop + aside, shape[0])
         around = np.unpackbits(built[first:end], axis=1, count=shape[1]).astype(np.bool_)

@@ -120,11 +120,20 @@ const makePlan = async () => {
     return small.toDataURL();
   };
   const fit = (least = 1) => {
-    const wide = Math.max(1, $("stage").querySelector(".left").clientWidth - 2);
+    const stage = $("stage");
+    for (const side of ["--plan", "--beside"]) stage.style.removeProperty(side);
+    const wide = Math.max(1, stage.querySelector(".left").clientWidth - 2);
     // A tall plan is held to the window's height, so that the slider stays in view.
-    const from = map.getBoundingClientRect().top + window.scrollY;
-    const most = Math.max(320, window.innerHeight - from - BELOW);
-    const shownWide = Math.min(wide, (most * cols * data.dx) / (rows * data.dy));
+    const held = () => {
+      const from = map.getBoundingClientRect().top + window.scrollY;
+      return (Math.max(320, window.innerHeight - from - BELOW) * cols * data.dx) / (rows * data.dy);
+    };
+    let shownWide = Math.min(wide, held());
+    if (shownWide < wide) {  // what stands beside it begins where it ends
+      stage.style.setProperty("--plan", Math.min(wide, Math.max(LEAST, shownWide)) + 2 + "px");
+      stage.style.setProperty("--beside", "1fr");
+      shownWide = Math.min(shownWide, held());  // its keys may have more lines now
+    }
     const dot = Math.max(least, Math.min(window.devicePixelRatio || 1, 3));
     map.parentElement.style.width = shownWide + 2 + "px";  // with its border
     map.width = Math.round(shownWide * dot);

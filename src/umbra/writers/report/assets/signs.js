@@ -1,6 +1,7 @@
 // What is drawn over a plan or a view: scale, north, halos, the mark of a place.
 
 const BELOW = 84;  // of a picture, the room for the slider within a window's height [CSS pixels]
+const LEAST = 480;  // width of what is under a picture: a slider, its clock and three times of day [CSS pixels]
 
 const makeSigns = (pen, canvas) => {
   const halo = (text, x, y, dot) => {
