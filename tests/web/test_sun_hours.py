@@ -233,6 +233,50 @@ def test_any_date_is_counted_in_part_then_in_full_and_coarsely_in_motion(live):
     assert live.ask("umbra.sunHours.most") == 0
 
 
+def test_batches_of_instants_at_most_double_whatever_they_seem_to_cost(live):
+    # Two batches are seen to end at one look: the second seems to cost nothing.
+    sizes = live.ask("""(async () => {
+      const hours = umbra.sunHours, {fine} = hours.masks, {gl} = umbra.stage.renderer.device;
+      const sizes = [0], {fenceSync, clientWaitSync} = gl;
+      fine.count = (k) => { fine.isCounted[k] = 1; sizes[sizes.length - 1] += 1; };
+      gl.fenceSync = (...x) => { sizes.push(0); return fenceSync.apply(gl, x); };
+      gl.clientWaitSync = () => gl.ALREADY_SIGNALED;
+      const begun = Date.now();
+      umbra.set({date: '2026-05-01'});
+      hours.costs.fine = 50;
+      while (!fine.isCounted.every(Boolean) || !hours.isWhole) {
+        if (Date.now() - begun > 20000) break;
+        await new Promise((done) => setTimeout(done, 5));
+      }
+      Object.assign(gl, {fenceSync, clientWaitSync});
+      return sizes.filter(Boolean);
+    })()""")
+    assert sum(sizes) > 50
+    assert max(sizes) > 4  # they do grow
+    assert all(size <= 2 * max(sizes[:k]) for k, size in enumerate(sizes) if k), sizes
+
+
+def test_the_key_of_hours_covers_no_wind_beside_a_place_on_a_phone(live):
+    live.resize(390, 844, is_phone=True)
+    live.ask("umbra.set({hasCompass: true})")
+    live.ask("umbra.choose(200, 250)")
+    live.ask("umbra.set({viewpoint: {...umbra.state.viewpoint, tilt: -55}})")
+    live.wait("umbra.waits === 0 && umbra.sunHours.isWhole && umbra.state.place !== null")
+    winds, [left, top, wide, high] = live.ask("""(() => {
+      const {pen} = umbra.stage, {fillText, rect} = pen, winds = [];
+      let key = null;
+      pen.fillText = (text, x, y) => { if (/^[NESW]{1,2}$/.test(text)) winds.push([x, y]); };
+      pen.rect = (...sides) => { key = sides; };
+      umbra.stage.draw(umbra.state);
+      Object.assign(pen, {fillText, rect});
+      return [winds, key];
+    })()""")
+    assert len(winds) >= 5
+    assert not any(left < x < left + wide and top < y < top + high for x, y in winds)
+    sentence = live.ask("(r => r.bottom)(document.querySelector('.brief').getBoundingClientRect())")
+    assert top >= sentence
+
+
 def test_the_pointer_tells_hours_and_the_key_names_interval_and_clock(live):
     live.mouse("mouseMoved", 60, 500)
     live.wait("!document.querySelector('.tip').hidden")
