@@ -346,7 +346,7 @@ class ViewOptions(Options):
 
     def _check_horizon(self) -> None:
         """Read the land; refuse it beside a study, which knows its own."""
-        from umbra.land.settle import NamedLand  # noqa: PLC0415  (the help needs none)
+        from umbra.land.named_land import NamedLand  # noqa: PLC0415  (the help needs none)
 
         if self.horizon is not None and self.study is not None:
             msg = "horizon= is the study's; give it to umbra.shadow_study, and leave it out here"

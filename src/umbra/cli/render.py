@@ -148,7 +148,7 @@ def _draw_pictures(
     """Draw a picture, its arrays, or both; return its numbers."""
     from umbra.calls.picture import draw_picture  # noqa: PLC0415
     from umbra.calls.vectors import draw_seen  # noqa: PLC0415
-    from umbra.land.settle import NamedLand  # noqa: PLC0415
+    from umbra.land.named_land import NamedLand  # noqa: PLC0415
     from umbra.writers.pixels import write_png  # noqa: PLC0415
     from umbra.writers.typeface import note_missing  # noqa: PLC0415
 
