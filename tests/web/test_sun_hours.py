@@ -1,7 +1,6 @@
 """Hours of sun in the page: counts of its volumes are umbra's, and follow the interval."""
 
 import base64
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -254,13 +253,14 @@ def test_batches_of_instants_at_most_double_whatever_they_seem_to_cost(live):
     })()""")
     assert sum(sizes) > 50
     assert max(sizes) > 4  # they do grow
-    assert all(after <= 2 * before for before, after in pairwise(sizes)), sizes
+    assert all(size <= 2 * max(sizes[:k]) for k, size in enumerate(sizes) if k), sizes
 
 
 def test_the_key_of_hours_covers_no_wind_beside_a_place_on_a_phone(live):
     live.resize(390, 844, is_phone=True)
     live.ask("umbra.set({hasCompass: true})")
     live.ask("umbra.choose(200, 250)")
+    live.ask("umbra.set({viewpoint: {...umbra.state.viewpoint, tilt: -55}})")
     live.wait("umbra.waits === 0 && umbra.sunHours.isWhole && umbra.state.place !== null")
     winds, [left, top, wide, high] = live.ask("""(() => {
       const {pen} = umbra.stage, {fillText, rect} = pen, winds = [];
