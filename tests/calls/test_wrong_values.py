@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from support.model_files import save_obj
 from support.shapes import box
+from support.sweeps import sample_pairs
 
 import umbra
 from umbra.soft import ball_light, rectangle_light
@@ -27,6 +28,7 @@ WRONG = [
     Path("x"), range(3), [float("nan")] * 3, [1e300] * 3, ["a"] * 3, {1, 2}, SCENE, SITE, CAMERA,
     LAMP, TOWER, int,
 ]  # fmt: skip
+MANY = 9  # parameters, of which each takes a quarter of these values in turn
 
 
 def _defaults(function, **given):
@@ -129,20 +131,19 @@ def whole(tmp_path, monkeypatch, request):
 @pytest.mark.parametrize("whole", CALLS, indirect=True)
 def test_a_wrong_value_is_refused_in_a_line_or_taken(whole):
     function, given = whole
-    refused = 0
-    for name in given.keys() - {"study"}:
-        for value in WRONG:
-            with warnings.catch_warnings():
-                warnings.simplefilter("error", RuntimeWarning)
-                warnings.simplefilter("ignore", UserWarning)
-                try:
-                    function(**{**given, name: value})
-                except umbra.UmbraError as error:
-                    refused += 1
-                    told = str(error)
-                    assert "\n" not in told, (name, value)
-                    assert len(told) <= 500, (name, value)
-                    assert "object at 0x" not in told, (name, value)
+    names, refused = [name for name in given if name != "study"], 0
+    for name, value in sample_pairs(names, WRONG, 4 if len(names) > MANY else 1):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", RuntimeWarning)
+            warnings.simplefilter("ignore", UserWarning)
+            try:
+                function(**{**given, name: value})
+            except umbra.UmbraError as error:
+                refused += 1
+                told = str(error)
+                assert "\n" not in told, (name, value)
+                assert len(told) <= 500, (name, value)
+                assert "object at 0x" not in told, (name, value)
     assert refused > len(given)
 
 

@@ -7,7 +7,7 @@ from support.shapes import sheet
 from umbra.cpu.frame import FrameCounter
 from umbra.cpu.shade import shade
 from umbra.scene import Camera, Material, Mesh, Part, make_scene, point_light, spot_light
-from umbra.scene.camera import FROM_SKY
+from umbra.scene.exposure import FROM_SKY
 
 # A floor of 20 x 20 m from 10 m above, in 20 x 20 pixels of 1 m.
 FLOOR = sheet([(-10, -10, 0), (10, -10, 0), (10, 10, 0), (-10, 10, 0)])

@@ -9,7 +9,7 @@ from umbra.cpu.appearance import find_appearance
 from umbra.cpu.frame import FrameCounter
 from umbra.cpu.shade import compress, find_colors, find_sky_color, reflect_light, reflect_sky
 from umbra.scene import Material, Mesh, Part, make_image, make_scene
-from umbra.scene.camera import BOUNCE, HORIZON, SKY, find_ambient, find_exposure
+from umbra.scene.exposure import BOUNCE, HORIZON, SKY, find_ambient, find_exposure
 
 UP = np.array([[0.0, 0.0, 1.0]])
 RED = np.array([[0.8, 0.2, 0.1]])

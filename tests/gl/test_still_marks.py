@@ -10,7 +10,7 @@ from support.spheres import make_sphere
 from umbra.errors import InputError
 from umbra.gl.scene_renderer import SceneRenderer
 from umbra.scene import Camera, Material, Mesh, Part, directional_light, make_scene
-from umbra.scene.camera import NIGHT
+from umbra.scene.exposure import NIGHT
 from umbra.window.view_painter import ViewPainter
 from umbra.window.view_state import make_view
 

@@ -14,7 +14,7 @@ from umbra.lights import Horizon
 from umbra.massing.asks import SUM, Ask
 from umbra.scene.grid import Places
 from umbra.study.options import StudyOptions
-from umbra.study.setup import find_period
+from umbra.study.study_period import find_period
 from umbra.tiles.job import read_job
 
 LONDON = umbra.Site(51.5, -0.12, "Europe/London")

@@ -40,10 +40,6 @@ def list_triangles(scene):
     return soup.vertices[soup.faces] + scene.origin, soup.part
 
 
-def list_pixels(renderer):
-    return [[renderer.pick(x, y) for x in range(0, SIZE[0], 3)] for y in range(0, SIZE[1], 3)]
-
-
 @pytest.mark.parametrize("name", VIEWS)
 @pytest.mark.parametrize("depth", DEPTHS)
 def test_a_callers_frame_holds_the_scene_by_depth(make_engine, context, name, depth):

@@ -5,7 +5,7 @@ import pytest
 from support.shapes import box
 
 from umbra.scene import directional_light, make_scene, point_light
-from umbra.scene.camera import expose_lights
+from umbra.scene.exposure import expose_lights
 
 # A cube of 2 m about (0, 0, 1): its diagonal is 3.46 m.
 CUBE = box((-1, -1, 0), (1, 1, 2))

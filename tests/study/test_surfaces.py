@@ -417,6 +417,7 @@ def test_chunks_and_threads_change_nothing(block, monkeypatch):
         ("x,y,z\n1,2,3\n\n4,5,6\n", (2, 3), []),
         ("\ufeffname, z, y, x, storey\nkitchen, 3, 2, 1, EG\n", (1, 3), ["kitchen"]),
         ("x,y,z,nx,ny,nz\n1,2,3,0,-4,0\n", (1, 6), []),
+        ("\ufeffname;x;y;z\r\nk, l;1,0;2;3\r\n", (1, 3), ["k, l"]),
     ],
 )
 def test_tables_of_points(tmp_path, text, shape, names):
@@ -439,11 +440,12 @@ def test_tables_of_points(tmp_path, text, shape, names):
         ("x,y,z,nx\n1,2,3,4\n", "all of nx, ny, nz"),
         ("1,2,3,0,0,0\n", "normal of length 0"),
         ("1,2,inf\n", "not finite"),
+        ("name,x,y,z\nM\udcfcller,1,2,3\n", "line 2: has a byte 0xfc .* UTF-8"),
     ],
 )
 def test_slips_in_tables_are_told(tmp_path, text, says):
     path = tmp_path / "points.csv"
-    path.write_text(text)
+    path.write_text(text, "utf-8", "surrogateescape")
     with pytest.raises(umbra.InputError, match=says):
         read_points(path)
     with pytest.raises(umbra.InputError, match="no such file"):

@@ -224,7 +224,28 @@ LATE = {  # they load, and fail once they are asked
 }
 
 
-@pytest.mark.parametrize("how", [*BROKEN, *LATE])
+ASK = """
+import sys, umbra
+scene = umbra.read(sys.argv[1], up="z")
+for name in sys.argv[2:]:
+    try:
+        umbra.shadow_study(scene, receivers="ground", cell=2, measure=name)
+    except umbra.UmbraError as error:
+        print(name, name in str(error), len(str(error).splitlines()))
+"""
+
+
+def test_broken_packages_are_refused_in_a_line_each(house, tmp_path):
+    broken = BROKEN | LATE
+    for how, code in broken.items():
+        own = code.replace('"zenith"', f'"{how}"')
+        write_package(tmp_path, f"p_{how}", "measures", f"{how} = p_{how}:Zenith", own)
+    told = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    done = run_python("-c", ASK, house, *broken, env=told, check=True)
+    assert done.stdout.splitlines() == [f"{how} True 1" for how in broken]
+
+
+@pytest.mark.parametrize("how", ["import", "derive"])
 def test_a_broken_package_costs_one_line(house, tmp_path, how):
     write_package(tmp_path, "broken", "measures", "zenith = broken:Zenith", (BROKEN | LATE)[how])
     done = run(

@@ -19,7 +19,7 @@ from umbra.scene import (
     point_light,
     spot_light,
 )
-from umbra.scene.camera import DAY, NIGHT
+from umbra.scene.exposure import DAY, NIGHT
 from umbra.soft import ball_light
 
 SIZES = (64, 48), (96, 72), (128, 96), (48, 64), (32, 24), (95, 71)

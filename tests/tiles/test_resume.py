@@ -18,21 +18,21 @@ from umbra.tiles.count import count_tile
 from umbra.tiles.run import lock_run
 
 OPTIONS = {**DAY, "receivers": "ground", "cell": 2.0, "extent": (84950, 446950, 85520, 447290)}
-TILES = 40
+TILES = 60
 
 
 @pytest.fixture(scope="module")
 def whole(city, tmp_path_factory):
     folder = tmp_path_factory.mktemp("whole")
     study = umbra.city_study(city, out=folder, tiles=TILES, **OPTIONS)
-    assert len(study.job.tiles()) == 15 * 9
+    assert len(study.job.tiles()) == 10 * 6
     return read_store(folder)
 
 
 RUN = """
 import json, sys, umbra
 files, out, options = json.loads(sys.argv[1])
-umbra.city_study(files, out=out, tiles=40, **options)
+umbra.city_study(files, out=out, tiles=60, **options)
 print("done")
 """
 
@@ -83,11 +83,11 @@ def test_a_tile_that_fails_leaves_the_others_and_is_counted_again(
         return count_tile(job, tile)
 
     monkeypatch.setattr(runs, "count_tile", fail)
-    with pytest.raises(umbra.UmbraError, match=r"2 of 135 tiles failed .*tile 7, ValueError: no l"):
+    with pytest.raises(umbra.UmbraError, match=r"2 of 60 tiles failed .*tile 7, ValueError: no l"):
         umbra.city_study(city, out=tmp_path, tiles=TILES, **OPTIONS)
     failed = json.loads((tmp_path / "failed.json").read_text())
     assert [one["tile"] for one in failed] == [7, 50]
-    assert len(list((tmp_path / "tiles").glob("*.json"))) == 133
+    assert len(list((tmp_path / "tiles").glob("*.json"))) == 58
     monkeypatch.undo()
     umbra.city_study(city, out=tmp_path, tiles=TILES, **OPTIONS)
     assert not (tmp_path / "failed.json").exists()

@@ -5,6 +5,7 @@ import os
 import zipfile
 from contextlib import nullcontext
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -37,7 +38,7 @@ def test_the_command_writes_the_files_of_a_city(city, tmp_path):
     )  # fmt: skip
     made = run(*words, folder=tmp_path)
     assert made.returncode == 0, made.stderr
-    names = {path.split("out/", 1)[1] for path in json.loads(made.stdout)["files"]}
+    names = {str(Path(path).relative_to("out")) for path in json.loads(made.stdout)["files"]}
     assert {"study.zarr", "study.toml", "hours.vrt", "map.png", "item.json"} < names
     assert all((tmp_path / "out" / name).exists() for name in names)
     item = json.loads((tmp_path / "out" / "item.json").read_text())

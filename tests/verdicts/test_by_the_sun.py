@@ -260,10 +260,9 @@ def test_san_francisco_adds_a_year_of_net_new_shadow():
     rule = read_rule("sf-295")
     verdict = judge(model, rule, areas={"park": rectangle(-1, 8, 1, 9)})
     lost = dark = whole = 0.0
-    for k in range(0, 365, 7):  # a sample of the year
-        day = dt.date(2026, 1, 1) + dt.timedelta(k)
-        ((first, last),) = find_sun_windows(Condition(start="sunrise+1h", end="sunset-1h"), [day],
-                                        SAN_FRANCISCO)  # fmt: skip
+    days = [dt.date(2026, 1, 1) + dt.timedelta(k) for k in range(0, 365, 7)]  # of the year
+    condition = Condition(start="sunrise+1h", end="sunset-1h")
+    for first, last in find_sun_windows(condition, days, SAN_FRANCISCO):
         middles = np.arange(first + 450_000_000, last, 900_000_000).astype("datetime64[us]")
         directions = find_sun(SAN_FRANCISCO, middles).direction
         before = find_lit([wide["wall"]], np.array([0, 8.5, 0]), directions)

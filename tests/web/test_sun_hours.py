@@ -9,6 +9,7 @@ from support.web import describe_camera
 
 import umbra
 from umbra.cpu.frame import FrameCounter
+from umbra.ground.choice import find_ground
 from umbra.rays.depth import GROUND, NOTHING
 from umbra.scene import Camera, directional_light, make_scene
 from umbra.web.pack import quantise
@@ -69,6 +70,24 @@ def find_edges(image):
     return spread(edges)
 
 
+def bound_hours(rounded, camera, suns, ground):
+    """Return umbra's view, and how many suns reach each pixel at least and at most."""
+    counter = FrameCounter(rounded, ground=ground)
+    view, _ = counter.see(camera)
+    soup = rounded.triangles()
+    a, b, c = (soup.vertices[soup.faces[:, k]] for k in range(3))
+    normals = np.concatenate([np.cross(b - a, c - a), [(0, 0, 1)]])  # the last is the ground's
+    normal = normals[np.where(view.face == GROUND, len(normals) - 1, np.maximum(view.face, 0))]
+    is_facing = normal @ suns.T > 0  # (rows, cols, suns)
+    least, most = np.zeros((2, *view.face.shape), int)
+    for k, sun in enumerate(suns):
+        is_lit = (counter.count(view, camera, directional_light(sun)) == 0) & is_facing[..., k]
+        is_edge = find_edges(is_lit)
+        least += is_lit & ~is_edge
+        most += is_lit | is_edge
+    return view, least, most
+
+
 @pytest.mark.parametrize("name", CAMERAS)
 def test_hours_of_32_instants_are_umbras_at_each_pixel(picture, town, name):
     camera, rounded = CAMERAS[name], quantise(town)
@@ -78,19 +97,7 @@ def test_hours_of_32_instants_are_umbras_at_each_pixel(picture, town, name):
     picture.set("camera", describe_camera(camera, rounded))
     picture.set("ground", float(-rounded.origin[2]))
     found = count_masks(picture, suns)
-    counter = FrameCounter(rounded, ground=0.0)
-    view, _ = counter.see(camera)
-    soup = rounded.triangles()
-    a, b, c = (soup.vertices[soup.faces[:, k]] for k in range(3))
-    normals = np.concatenate([np.cross(b - a, c - a), [(0, 0, 1)]])  # the last is the ground's
-    normal = normals[np.where(view.face == GROUND, len(normals) - 1, np.maximum(view.face, 0))]
-    is_facing = normal @ suns.T > 0  # (rows, cols, suns)
-    least, most = np.zeros((2, *found.shape), int)
-    for k, sun in enumerate(suns):
-        is_lit = (counter.count(view, camera, directional_light(sun)) == 0) & is_facing[..., k]
-        is_edge = find_edges(is_lit)
-        least += is_lit & ~is_edge
-        most += is_lit | is_edge
+    view, least, most = bound_hours(rounded, camera, suns, ground=0.0)
     is_inside = ~find_edges(view.face) & (view.face != NOTHING)
     assert ((found == -1) == (view.face == NOTHING)).mean() > 0.99
     assert ((least <= found) & (found <= most))[is_inside].all()
@@ -98,6 +105,44 @@ def test_hours_of_32_instants_are_umbras_at_each_pixel(picture, town, name):
     assert is_sure.mean() > 0.4
     assert is_inside.mean() > 0.6
     assert len(np.unique(found[is_inside])) > 15
+
+
+def test_a_ground_seen_from_above_leaves_sides_out_and_no_shadow(picture):
+    # Houses on a slope, and the ground that umbra assumes: it steps beneath each of them.
+    rng = np.random.default_rng(3)
+    houses = [box((x, y, z := 0.3 * x + rng.uniform(-2, 2)), (x + 8, y + 6, z + rng.uniform(4, 12)))
+              for x in range(-40, 41, 16) for y in range(-40, 41, 16)]  # fmt: skip
+    slope = make_scene([umbra.Part(f"{k}", "Building", umbra.Mesh(*house))
+                        for k, house in enumerate(houses)])  # fmt: skip
+    scene = find_ground(slope, "feet").scene
+    rounded, suns = quantise(scene), find_suns("2026-03-21", "06:00", "14:00")
+    picture.load(scene, SIZE, samples=1)
+    size = "picture.findStage({}).shadows.draws.reduce((sum, {size}) => sum + size, 0)"
+    shares = []
+    for camera in (
+        Camera((40, -90, 60), (0, 0, 3), size=SIZE), Camera((-60, -60, 2), (0, 0, 3), size=SIZE),
+        Camera((0, 0, 90), (0, 0, 0), up=(0, 1, 0), size=SIZE, height=90.0),
+    ):  # fmt: skip
+        picture.page.ask("model.assumedGround = null; picture.begin()")
+        picture.set("camera", describe_camera(camera, rounded))
+        found, some = count_masks(picture, suns), picture.page.ask(size)
+        picture.page.ask("model.assumedGround = {ground: null}; picture.begin()")
+        whole = count_masks(picture, suns)
+        shares.append(some / picture.page.ask(size))
+        few = suns[::4]
+        view, least, most = bound_hours(rounded, camera, few, ground=None)
+        part = rounded.triangles().part[np.maximum(view.face, 0)]
+        is_inside = ~find_edges(np.where(view.face == NOTHING, -1, part)) & (view.face != NOTHING)
+        picture.page.ask("model.assumedGround = null; picture.begin()")
+        count_masks(picture, suns[-1:])
+        assert picture.page.ask(size) == some  # whatever sun was before
+        counted = count_masks(picture, few)
+        assert ((least <= counted) & (counted <= most))[is_inside].mean() > 0.999
+        assert (is_inside & (least == most)).mean() > 0.2
+        assert (found == whole).mean() > 0.999
+    over, low, plan = shares
+    assert max(over, plan) < 0.5
+    assert low == 1  # this eye may see what is below the ground's top
 
 
 def test_two_faces_in_one_place_count_once(picture):
@@ -186,6 +231,50 @@ def test_any_date_is_counted_in_part_then_in_full_and_coarsely_in_motion(live):
              "umbra.set({date: '2026-07-01', interval: [0, 60]})")  # fmt: skip
     live.wait(WHOLE)  # of a night, with nothing to count
     assert live.ask("umbra.sunHours.most") == 0
+
+
+def test_batches_of_instants_at_most_double_whatever_they_seem_to_cost(live):
+    # Two batches are seen to end at one look: the second seems to cost nothing.
+    sizes = live.ask("""(async () => {
+      const hours = umbra.sunHours, {fine} = hours.masks, {gl} = umbra.stage.renderer.device;
+      const sizes = [0], {fenceSync, clientWaitSync} = gl;
+      fine.count = (k) => { fine.isCounted[k] = 1; sizes[sizes.length - 1] += 1; };
+      gl.fenceSync = (...x) => { sizes.push(0); return fenceSync.apply(gl, x); };
+      gl.clientWaitSync = () => gl.ALREADY_SIGNALED;
+      const begun = Date.now();
+      umbra.set({date: '2026-05-01'});
+      hours.costs.fine = 50;
+      while (!fine.isCounted.every(Boolean) || !hours.isWhole) {
+        if (Date.now() - begun > 20000) break;
+        await new Promise((done) => setTimeout(done, 5));
+      }
+      Object.assign(gl, {fenceSync, clientWaitSync});
+      return sizes.filter(Boolean);
+    })()""")
+    assert sum(sizes) > 50
+    assert max(sizes) > 4  # they do grow
+    assert all(size <= 2 * max(sizes[:k]) for k, size in enumerate(sizes) if k), sizes
+
+
+def test_the_key_of_hours_covers_no_wind_beside_a_place_on_a_phone(live):
+    live.resize(390, 844, is_phone=True)
+    live.ask("umbra.set({hasCompass: true})")
+    live.ask("umbra.choose(200, 250)")
+    live.ask("umbra.set({viewpoint: {...umbra.state.viewpoint, tilt: -55}})")
+    live.wait("umbra.waits === 0 && umbra.sunHours.isWhole && umbra.state.place !== null")
+    winds, [left, top, wide, high] = live.ask("""(() => {
+      const {pen} = umbra.stage, {fillText, rect} = pen, winds = [];
+      let key = null;
+      pen.fillText = (text, x, y) => { if (/^[NESW]{1,2}$/.test(text)) winds.push([x, y]); };
+      pen.rect = (...sides) => { key = sides; };
+      umbra.stage.draw(umbra.state);
+      Object.assign(pen, {fillText, rect});
+      return [winds, key];
+    })()""")
+    assert len(winds) >= 5
+    assert not any(left < x < left + wide and top < y < top + high for x, y in winds)
+    sentence = live.ask("(r => r.bottom)(document.querySelector('.brief').getBoundingClientRect())")
+    assert top >= sentence
 
 
 def test_the_pointer_tells_hours_and_the_key_names_interval_and_clock(live):

@@ -15,7 +15,7 @@ from umbra.calls.picture_options import ViewOptions
 from umbra.errors import InputError
 from umbra.gl.scene_renderer import SceneRenderer
 from umbra.scene import pose
-from umbra.scene.camera import choose_sky, expose_lights
+from umbra.scene.exposure import choose_sky, expose_lights
 from umbra.window.controls import Controls
 from umbra.window.motion import Motion
 from umbra.window.view_file import from_json, to_json

@@ -138,3 +138,9 @@ def test_only_pictures_of_hours_tell_their_accuracy(scene, tmp_path):
         "hours": True, "profile": False
     }  # fmt: skip
     assert all("refraction standard" in text for text in told.values())
+
+
+def test_one_point_is_one_point():
+    points = Counted(np.ones(3, bool), np.ones(3), "points", "points")
+    assert points.tell_whole_of() == "3 points"
+    assert points.of_weight(1.0).tell_whole() == "1 point"

@@ -9,9 +9,9 @@ from support.shapes import box
 
 import umbra
 from umbra import InputError
-from umbra.readers.context_table import name_kind
+from umbra.readers.context_table import name_context_kind
 from umbra.scene import Mesh, Part, make_scene
-from umbra.writers.folder.context import cut_line, find_context
+from umbra.writers.folder.drawn_context import cut_line, find_context
 
 shapely = pytest.importorskip("shapely")
 VIENNA = umbra.Site(latitude=48.2, longitude=16.37, zone="Europe/Vienna")
@@ -81,7 +81,7 @@ def test_a_picture_has_its_context_and_the_result_has_none(house, tmp_path):
 
 def test_the_profile_s_bare_paper_is_tinted_but_not_in_a_hole(house, tmp_path):
     from umbra.writers.context_lines import tint_context  # noqa: PLC0415
-    from umbra.writers.folder.context import cut_shapes  # noqa: PLC0415
+    from umbra.writers.folder.drawn_context import cut_shapes  # noqa: PLC0415
     from umbra.writers.paper import Leaf, Panel  # noqa: PLC0415
     from umbra.writers.picture_content import Plan  # noqa: PLC0415
 
@@ -188,7 +188,7 @@ def test_parts_of_the_model_are_context_by_their_kind(tmp_path):
     ],
 )
 def test_columns_then_names_say_what_a_feature_is(columns, names, kind):
-    assert name_kind(columns, *names) == kind
+    assert name_context_kind(columns, *names) == kind
 
 
 @pytest.mark.parametrize(

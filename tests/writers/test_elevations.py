@@ -16,6 +16,8 @@ from umbra.writers.elevations import (
     find_room,
     make_elevations_sheet,
 )
+from umbra.writers.marks import KEY_TITLE
+from umbra.writers.paper import SMALL
 from umbra.writers.picture_content import DOTS_PER_INCH, MISSING, DayMap, Plan
 from umbra.writers.pixels import shade_ramp
 from umbra.writers.sheet import MARGIN
@@ -144,7 +146,11 @@ def test_a_small_plan_with_towers_leaves_no_quarter_of_the_page_empty(paper):
     sheet = make_elevations_sheet(arrangement, maps, 8.0, content=content)
     types = {text.get_text(): text.get_fontsize() for text in sheet.leaf.findobj(Text)}
     assert {name for name, _ in moments} <= types.keys()
-    assert types["house"] == pytest.approx(TITLE * (2**0.5 if paper == "a1" else 1), rel=1e-3)
+    larger = 2**0.5 if paper == "a1" else 1
+    assert types["house"] == pytest.approx(TITLE * larger, rel=1e-3)
+    assert types["hours in shadow"] == pytest.approx(KEY_TITLE * larger, rel=1e-3)
+    for name in ("8 h", "y [m]", "z [m]", "100", "0"):  # of the key, axes and the scale bar
+        assert types[name] == pytest.approx(SMALL * larger, rel=1e-3)
     ink = (sheet.leaf.render() < 250).any(-1)
     side = round(5 / 25.4 * DOTS_PER_INCH) * (2 if paper == "a1" else 1)
     rows, cols = (n // side for n in ink.shape)

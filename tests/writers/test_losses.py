@@ -19,22 +19,45 @@ SITE = Site(48.2, 16.37, "Europe/Vienna")
 EXTENT = (-30, -15, 45, 45)
 
 
-def draw(scene, **asked):
-    """Return the hours lost that are drawn, and those of the study."""
-    drawn = {}
+def look(scene, **asked):
+    """Return the plan and hours that are drawn of a loss, the end of their scale, and the study."""
+    drawn = []
     painter = SimpleNamespace(
-        draw_hours=lambda path, _plan, maps, *_, **__: drawn.setdefault(path.name, maps)
+        draw_hours=lambda _path, plan, maps, end, **_: drawn.append((plan, maps, end))
     )
     options = StudyOptions(
-        receivers="ground", ground=0.0, extent=EXTENT, cell=1.0, date="2026-03-21",
-        proposed="tower", **asked,
+        **{"receivers": "ground", "ground": 0.0, "cell": 1.0, "date": "2026-03-21",
+           "proposed": "tower", **asked},
     )  # fmt: skip
     study = run(scene, SITE, options)
     job = FolderJob(study, Path(), Outputs(), options, painter, lambda _: None)
     sheets = PictureSheets.of(job)
     draw_lost(job, sheets.plan, sheets.preview)
-    (one,) = drawn["hours_lost.png"]
-    return one.hours, study.more["hours_lost"][1]
+    [(plan, (one,), end)] = drawn
+    return plan, one.hours, end, study
+
+
+def draw(scene, **asked):
+    """Return the hours lost that are drawn, and those of the study."""
+    _, hours, _, study = look(scene, extent=EXTENT, **asked)
+    return hours, study.more["hours_lost"][1]
+
+
+def test_the_picture_opens_on_the_loss_on_the_same_scale():
+    """A low sun's shadows reach far, and last long nowhere far away."""
+    parts = [Part("tower", "", Mesh(*box((0, 0, 0), (10, 10, 60))))]
+    parts.append(Part("shed", "", Mesh(*box((60, 0, 0), (66, 6, 3)))))
+    day = {"date": "2026-12-21", "start": "09:00", "end": "15:00", "every": "15min", "cell": 2.0}
+    plan, hours, end, study = look(make_scene(parts), **day)
+    lost = study.more["hours_lost"][1]
+    assert plan.note.endswith("cropped to 1 h of sun lost and more")
+    assert end == pytest.approx(np.nanmax(lost), abs=0.3)
+    assert hours.size < 0.5 * lost.size
+    inside = (study.x >= plan.x[0]) & (study.x <= plan.x[-1])
+    rows = (study.y >= plan.y[0]) & (study.y <= plan.y[-1])
+    far = np.nan_to_num(lost).copy()
+    far[np.ix_(rows, inside)] = 0
+    assert 0 < far.max() < 1
 
 
 @pytest.mark.parametrize("what", ["land", "replaced", "neither"])

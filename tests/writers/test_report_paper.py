@@ -12,11 +12,16 @@ from support.shapes import box, moved
 from umbra.scene import Mesh, Part, make_scene
 from umbra.study import run_study
 from umbra.sun import Site
-from umbra.writers.picture_content import Plan
+from umbra.writers.picture_content import OutlinedArea, Plan
 from umbra.writers.pixels import write_png
+from umbra.writers.proof.drawing import COLORS
 from umbra.writers.report import Table, write_report
 
 SITE = Site(48.2, 16.37, "Europe/Vienna")
+PIXELS = (
+    "(map => [...map.getContext('2d').getImageData(0, 0, map.width, map.height).data])"
+    "(document.getElementById('map'))"
+)
 COLUMNS = tuple(f"column {k}" for k in range(8))
 
 
@@ -126,8 +131,12 @@ def test_the_first_place_is_one_that_receives_and_a_failing_area_is_named_so(pag
     study = run_study(make_scene(parts), SITE, date="2026-03-21", every="1h", cell=1.0, masks=True)
     assert np.isnan(study.shadow_hours[0, -1])
     heights = (study.heights - study.ground).astype(np.float32)
-    plan = Plan(study.x, study.y, heights, title="Land")
-    rows = [("lawn", "fail"), ("yard", "pass"), ("lawn", "fail")]
+    areas = [
+        OutlinedArea(name, (np.array([(x, 4), (x + 6, 4), (x + 6, 10), (x, 10), (x, 4)]),), (x, 2))
+        for name, x in (("lawn", 2.0), ("yard", 14.0), ("path", 22.0))
+    ]
+    plan = Plan(study.x, study.y, heights, title="Land", areas=areas)
+    rows = [("lawn", "fail"), ("yard", "pass"), ("lawn", "pass")]
     path = tmp_path / "report.html"
     write_report(path, study, plan, [], tables=[Table("Rule", ("name", "verdict"), rows)])
     page.open(path, READY)
@@ -136,4 +145,17 @@ def test_the_first_place_is_one_that_receives_and_a_failing_area_is_named_so(pag
     )
     assert "nothing" not in where
     assert sun != "0 h"
-    assert page.ask("JSON.parse(document.getElementById('data').textContent).failing") == ["lawn"]
+    verdicts = page.ask("JSON.parse(document.getElementById('data').textContent).verdicts")
+    assert verdicts == {"lawn": "fail", "yard": "pass"}
+    key = page.ask("[...document.querySelectorAll('#area-key span')].map((s) => s.textContent)")
+    assert key == ["area: fail", "area: pass", "area: not judged"]
+    assert page.ask("document.getElementById('void-key').textContent") == study.kind.nothing
+    assert page.ask("document.getElementById('void-key').hidden") is False
+    # Outlines of one size: the failing one has dashes.
+    drawn = np.array(page.ask(PIXELS)).reshape(-1, 4)[:, :3]
+    red, green = (
+        (np.abs(drawn - list(bytes.fromhex(COLORS[verdict][1:]))).sum(1) < 12).sum()
+        for verdict in ("fail", "pass")
+    )
+    assert green > 100
+    assert 0.45 * green < red < 0.9 * green

@@ -130,11 +130,14 @@ def test_small_maps_show_all_shadows_of_half_an_hour_and_little_more(extent):
 
 
 @pytest.mark.parametrize("by_day", [True, False])
-def test_a_sheet_is_titled_by_the_dates_of_its_hours(by_day):
-    titles = []
-    painter = SimpleNamespace(
-        draw_elevations=lambda _path, _on, maps, *_, **__: titles.append(maps[0][1].title)
-    )
+def test_a_sheet_is_titled_by_the_dates_of_its_hours_and_drawn_in_finer_steps(by_day):
+    titles, every = [], []
+
+    def see(_path, _on, maps, *_, **__):
+        titles.append(maps[0][1].title)
+        every.extend(maps)
+
+    painter = SimpleNamespace(draw_elevations=see)
     options = StudyOptions(date=DAYS[:2], every="2h", cell=2.0, by_day=by_day, ground=0.0)
     study = run(parts(tower=box((0, 0, 0), (4, 4, 9))), SITE, options)
     job = FolderJob(study, Path(), Outputs(), options, painter, lambda _: None)
@@ -142,6 +145,11 @@ def test_a_sheet_is_titled_by_the_dates_of_its_hours(by_day):
     ranges = [range(1), range(1, 2)] if by_day else [range(2)]
     pairs = zip(titles, ranges, strict=True)
     assert all(title.endswith(name_sun(study.period, which)) for title, which in pairs)
+    # Hours of a date's own steps are multiples of 2 h; sums of dates have these alone.
+    assert len(every) == 5 * len(titles)
+    for shown in (every[::5], [one for k, one in enumerate(every) if k % 5]):
+        hours = np.concatenate([day.hours[np.isfinite(day.hours)] for _, _, day in shown])
+        assert (np.abs(hours / 2 - np.rint(hours / 2)) > 0.01).any() == by_day
 
 
 def test_a_map_of_points_is_titled_by_its_measure():

@@ -9,7 +9,9 @@ from fontTools.pens.ttGlyphPen import TTGlyphPen
 from matplotlib import font_manager
 
 from umbra.writers import paper, typeface
-from umbra.writers.paper import Leaf, Paper, find_font, measure_text
+from umbra.writers.folder import Outputs
+from umbra.writers.folder.captions import name_model
+from umbra.writers.paper import SMALL, Leaf, Paper, find_font, measure_text, wrap
 from umbra.writers.typeface import FACE, find_families, load_font, note_missing
 
 LETTER, NOBODYS = "\U000f0001", "\U000f0002"  # for private use
@@ -77,3 +79,19 @@ def test_letters_that_no_typeface_has_are_named_once_and_not_warned_of(capfd):
         assert measure_text(NOBODYS, 9.0) > 0
     assert capfd.readouterr().err == ""
     assert paper.logging.getLogger("matplotlib.font_manager").level == 0
+
+
+def test_no_line_ends_between_a_number_and_its_unit():
+    text = "sun for 12 min, then 3 m² and 5 % of 6 h; 8 houses of 9 metres"
+    ends = set()
+    for width in np.linspace(measure_text("12 min,", SMALL), 4.0, 60):
+        lines = wrap(text, SMALL, width)
+        assert " ".join(lines) == text
+        ends |= {line.split(" ")[0] for line in lines[1:]}
+    assert not ends & {"min,", "m²", "%", "h;"}
+    assert {"houses", "metres"} <= ends
+
+
+def test_titles_stand_on_one_line():
+    assert name_model(["city_block.city.json", "new\nline.obj"]) == "City block + New line"
+    assert Outputs(title="two\nlines", subtitle=" three\tmore ").title == "two lines"

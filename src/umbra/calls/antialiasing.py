@@ -22,7 +22,8 @@ from umbra.cpu.shade import find_colors
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import NOTHING, DepthBuffer
 from umbra.scene import Camera, Light, Scene
-from umbra.scene.camera import DAY, Sky, find_offsets
+from umbra.scene.camera import find_offsets
+from umbra.scene.exposure import DAY, Sky
 from umbra.soft import AreaLight
 
 __all__ = ["Averages", "PictureLayer", "PictureLights", "SeenLights", "average_colors"]

@@ -21,7 +21,7 @@ from umbra.machine import choose_threads
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import GROUND, NOTHING
 from umbra.scene import Camera, Light, Scene
-from umbra.scene.camera import GROUND_COLOR, Sky
+from umbra.scene.exposure import GROUND_COLOR, Sky
 from umbra.scene.pale import PAPER, make_pale
 
 __all__ = ["color_page"]

@@ -15,7 +15,7 @@ from umbra.calls.massing_options import EnvelopeOptions
 from umbra.casters.casting import prepare_casting, select_casters
 from umbra.errors import InputError, check_type
 from umbra.ground.choice import Ground, find_ground
-from umbra.land.settle import NamedLand
+from umbra.land.named_land import NamedLand
 from umbra.lights import Horizon
 from umbra.machine import choose_threads
 from umbra.massing.asks import Ask

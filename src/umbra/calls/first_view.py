@@ -12,7 +12,7 @@ from umbra.calls.picture_options import RenderOptions, ViewOptions
 from umbra.calls.study_result import ShadowStudy
 from umbra.devices import DEFAULT
 from umbra.errors import InputError
-from umbra.land.settle import NamedLand
+from umbra.land.named_land import NamedLand
 from umbra.lights import Horizon
 from umbra.methods import Softness
 from umbra.scene import Scene, directional_light

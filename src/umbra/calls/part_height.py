@@ -9,7 +9,7 @@ from typing import Any, ParamSpec, Protocol
 from umbra.calls.envelope import read_chosen, read_given
 from umbra.calls.massing_options import PartOptions
 from umbra.errors import check_type
-from umbra.land.settle import NamedLand
+from umbra.land.named_land import NamedLand
 from umbra.massing.bisection import PartHeight, search_part_height
 from umbra.massing.gathered_points import GatheredPoints
 from umbra.scene import Scene

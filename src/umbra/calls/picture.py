@@ -239,7 +239,7 @@ def draw_picture(
     from umbra.calls.antialiasing import PictureLights, average_colors  # noqa: PLC0415
     from umbra.calls.finish import finish  # noqa: PLC0415
     from umbra.calls.lines import LineFinder  # noqa: PLC0415
-    from umbra.calls.styles import Backdrop, choose_style, expose_lights, find_sky  # noqa: PLC0415
+    from umbra.calls.styles import Backdrop, choose_style, expose_by_style, find_sky  # noqa: PLC0415
     from umbra.scene.pale import make_pale  # noqa: PLC0415
     from umbra.soft import size_lights  # noqa: PLC0415
     from umbra.writers.typeface import note_missing  # noqa: PLC0415
@@ -251,7 +251,7 @@ def draw_picture(
     shining = list(lights) or find_own_lights(scene, camera, is_bare=is_bare)
     check_picture_memory(camera.size, len(shining))
     threads = choose_threads(options.threads)
-    device, said = find_device(options.device), _WarnOnce(warn)
+    device, said = find_device(options.device), WarnOnce(warn)
     if casters is None and (options.cast or options.no_cast):
         casters = scene.select(options.cast, options.no_cast)
     style = choose_style(options.style, scene, is_bare=is_bare, is_filed=is_filed)
@@ -269,7 +269,7 @@ def draw_picture(
         view, frame = counter.see(camera)
         _warn_of_view(scene, camera, frame, threads, warn, is_assumed=options.ground is None)
         shadows = PictureLights(
-            counter, expose_lights(shining, style), sized, options, style,
+            counter, expose_by_style(shining, style), sized, options, style,
             backdrop if style.has_backdrop or options.transparent else None,
             LineFinder(scene) if style.has_lines else None, sky,
         )  # fmt: skip
@@ -299,7 +299,7 @@ def draw_picture(
     )
 
 
-class _WarnOnce:
+class WarnOnce:
     """Filter that passes each text once, for any number of samples."""
 
     def __init__(self, warn: Warn) -> None:
@@ -313,7 +313,7 @@ class _WarnOnce:
 
 def find_own_lights(scene: Scene, camera: Camera, *, is_bare: bool) -> list[Light]:
     """Return the scene's own lights, or one from the upper left, behind the camera."""
-    from umbra.scene.camera import expose_lights  # noqa: PLC0415
+    from umbra.scene.exposure import expose_lights  # noqa: PLC0415
 
     if own := list(expose_lights(scene)):
         return own

@@ -335,11 +335,18 @@ class ViewOptions(Options):
             from umbra.sun.local_time import parse_date  # noqa: PLC0415
 
             parse_date(self.date)
+        if self.out is not None and not str(self.out).lower().endswith((".html", ".htm", ".png")):
+            stem = Path(self.out).stem or "view"
+            msg = (
+                f"'{self.out}' would be a page or a screenshot; name it {stem}.html, or {stem}.png "
+                "with a window"
+            )
+            raise InputError(msg, option="out")
         self._check_horizon()
 
     def _check_horizon(self) -> None:
         """Read the land; refuse it beside a study, which knows its own."""
-        from umbra.land.settle import NamedLand  # noqa: PLC0415  (the help needs none)
+        from umbra.land.named_land import NamedLand  # noqa: PLC0415  (the help needs none)
 
         if self.horizon is not None and self.study is not None:
             msg = "horizon= is the study's; give it to umbra.shadow_study, and leave it out here"

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from umbra.errors import InputError, check_type
-from umbra.land.settle import NamedLand
+from umbra.land.named_land import NamedLand
 from umbra.lights import Horizon
 from umbra.receivers.points import check_points
 from umbra.scene import Scene

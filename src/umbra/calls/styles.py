@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import NOTHING
 from umbra.scene import Camera, Light, Scene
-from umbra.scene.camera import DAY, GROUND_COLOR, NIGHT, Sky, choose_sky
+from umbra.scene.exposure import DAY, GROUND_COLOR, NIGHT, Sky, choose_sky
 from umbra.scene.mesh import ADDED_GROUND
 from umbra.scene.pale import PALENESS, PAPER, STUDIO, expose_suns, has_looks
 
@@ -19,7 +19,7 @@ __all__ = [
     "Backdrop",
     "Style",
     "choose_style",
-    "expose_lights",
+    "expose_by_style",
     "find_sky",
 ]
 
@@ -88,7 +88,7 @@ def find_sky(lights: Sequence[Light], style: Style, tell: Callable[[str], object
     return sky
 
 
-def expose_lights(lights: Sequence[Light], style: Style) -> list[Light]:
+def expose_by_style(lights: Sequence[Light], style: Style) -> list[Light]:
     """Return the lights with low suns as bright as a photograph shows them, in pale pictures."""
     return expose_suns(lights) if style.paleness else list(lights)
 

@@ -20,7 +20,7 @@ from umbra.errors import InputError, check_type
 from umbra.option_fields import record
 from umbra.packages import require
 from umbra.scene import Camera, Light, Scene
-from umbra.scene.camera import DAY
+from umbra.scene.exposure import DAY
 from umbra.scene.lights import SomeLights, make_lights
 from umbra.signatures import takes
 

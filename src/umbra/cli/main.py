@@ -169,20 +169,20 @@ def main(arguments: list[str] | None = None) -> None:
     arguments : list of str, optional
         Those of the process by default.
     """
-    if arguments is None:
-        stand_by()
-        arguments = sys.argv[1:]
-    pass_over_settings()
-    if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="surrogateescape")  # names of files as they are
+    words = sys.argv[1:] if arguments is None else arguments
     # A flag of the whole command may stand anywhere.
-    debug = "--debug" in arguments
-    given = [argument for argument in arguments if argument != "--debug"]
-    sys.exit(_run(given, debug))
+    debug = "--debug" in words
+    given = [word for word in words if word != "--debug"]
+    sys.exit(_run(given, debug, is_process=arguments is None))
 
 
-def _run(arguments: list[str], debug: bool) -> int:
+def _run(arguments: list[str], debug: bool, *, is_process: bool) -> int:
     try:
+        if is_process:
+            stand_by()
+        pass_over_settings()
+        if isinstance(sys.stdout, io.TextIOWrapper):
+            sys.stdout.reconfigure(errors="surrogateescape")  # names of files as they are
         # Commands give nothing back; click gives the status of one that exits.
         status = umbra.main(arguments, prog_name="umbra", standalone_mode=False, obj=arguments)
     except BrokenPipeError:

@@ -10,7 +10,8 @@ from typing import Any
 import click
 
 from umbra.calls.camera_options import CameraOptions
-from umbra.calls.film import FILMS, FilmOptions, check_film, find_held, plan_shots, write_film
+from umbra.calls.film import FILMS, check_film, write_film
+from umbra.calls.film_shots import FilmOptions, find_turned_points, plan_shots
 from umbra.calls.light_options import LightOptions
 from umbra.calls.picture_options import VECTORS, RenderOptions, ShadowOptions
 from umbra.cli.click_options import NewPath, SectionedCommand, record_options, take_record
@@ -130,7 +131,7 @@ def _draw_film(
         sun = find_model_site(scene), lights.date, str(lights.at)
     still = replace(lights, date=None, at=None).make(lambda: find_model_site(scene))
     is_given = lens.eye is not None or lens.height is not None or lens.view == "street"
-    held = None if is_given else find_held(scene)
+    held = None if is_given else find_turned_points(scene)
     shots = plan_shots(moves, lens.make(scene), still, sun, held)
     stages.begin(what := f"drawing {len(shots):,} frames")
     write_film(
@@ -147,7 +148,7 @@ def _draw_pictures(
     """Draw a picture, its arrays, or both; return its numbers."""
     from umbra.calls.picture import draw_picture  # noqa: PLC0415
     from umbra.calls.vectors import draw_seen  # noqa: PLC0415
-    from umbra.land.settle import NamedLand  # noqa: PLC0415
+    from umbra.land.named_land import NamedLand  # noqa: PLC0415
     from umbra.writers.pixels import write_png  # noqa: PLC0415
     from umbra.writers.typeface import note_missing  # noqa: PLC0415
 

@@ -114,7 +114,7 @@ def command(
     import numpy as np  # noqa: PLC0415
 
     from umbra.calls.sky import view_skies  # noqa: PLC0415
-    from umbra.land.settle import NamedLand  # noqa: PLC0415
+    from umbra.land.named_land import NamedLand  # noqa: PLC0415
     from umbra.receivers.points import read_points  # noqa: PLC0415
     from umbra.sky.projections import find_projection  # noqa: PLC0415
     from umbra.sun import parse_dates  # noqa: PLC0415

@@ -214,7 +214,9 @@ def study_city(
             partial(stages.advance, what="counting", unit="tiles"),
             partial(stages.advance, what="reading files", unit="files"), write,
         )  # fmt: skip
-    written = [study.job.store, out / OPTIONS_FILE, *more]
+    held = study.job.store.parent  # an absolute path; files are named as the folder was typed
+    more = [out / path.relative_to(held) if path.is_relative_to(held) else path for path in more]
+    written = [out / study.job.store.name, out / OPTIONS_FILE, *more]
     neighbours = _tell_city(study, verdicts, say)
     if as_json:
         from umbra.writers.proof.rows import sum_up  # noqa: PLC0415

@@ -56,14 +56,14 @@ def command(
     load_compiler()
     from umbra.calls.window import is_page, open_window  # noqa: PLC0415
 
+    moved = {name: read_values()[name] for name in ("animation", "time")}
+    chosen = replace(take_record(ViewOptions, given), **moved)
     shown = " ".join(files)
     instead = f"umbra render {shown} --eye X,Y,Z --target X,Y,Z --light X,Y,Z,0 --out picture.png"
-    if not web and not is_page(given["out"]):
+    if not web and not is_page(chosen.out):
         from umbra.window.screen import check_display  # noqa: PLC0415
 
         check_display(instead)
-    moved = {name: read_values()[name] for name in ("animation", "time")}
-    chosen = replace(take_record(ViewOptions, given), **moved)
     scene = read_model(files, poses=False, tells=True)
     typed = take_site()
     is_known = all(

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
 from umbra.scene import Image, Material, Part, Scene
-from umbra.scene.camera import GROUND_COLOR
+from umbra.scene.exposure import GROUND_COLOR
 from umbra.scene.material import sample
 from umbra.scene.mesh import transform_points
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.cpu.sun_groups import find_groups, unite
+from umbra.cpu.sun_groups import find_groups, unite_silhouettes
 from umbra.kernels import inlined, kernel, run_shared, take_next
 from umbra.rays.lanes import LANES
 from umbra.volume.adjacency import Caster
@@ -180,7 +180,16 @@ class EdgeBinner:
         lengths, united = np.zeros(n, np.int64), np.zeros(len(edge), np.int32)
         of_suns, place = np.zeros(len(edge), np.int64), np.zeros(len(edge), np.int32)
         run_shared(
-            n, unite, edge, begin, first, len(self.edges.ends), lengths, united, of_suns, place
+            n,
+            unite_silhouettes,
+            edge,
+            begin,
+            first,
+            len(self.edges.ends),
+            lengths,
+            united,
+            of_suns,
+            place,
         )
         held = [np.arange(a, a + m) for a, m in zip(begin[first[:-1]], lengths, strict=True)]
         own = np.concatenate([np.zeros(0, np.intp), *held])

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.cpu.patch_bins import EdgeBinner
-from umbra.cpu.patch_near import find_errors, find_near, pick_near
+from umbra.cpu.patch_near import find_errors, find_near_edges, pick_near
 from umbra.cpu.patch_rays import ask, ask_all, darken, get_sun
 from umbra.cpu.patch_rims import add_rim, clear, find_rim_runs
 from umbra.cpu.patch_search import find_rims, is_covered
@@ -203,7 +203,7 @@ def _count_blocks(patches, bins, edges, tree, sums, masks, work, last, known, n,
                     continue
                 look += 1
                 s0, s1 = bins.first[g], bins.first[g + 1]
-                n_near = find_near(patches, bins, edges, work.near, g, i, look, _PER_TEST)
+                n_near = find_near_edges(patches, bins, edges, work.near, g, i, look, _PER_TEST)
                 if n_near < 0:
                     last[i - p0] = ask_all(
                         patches, bins, tree, work.stack, sums, masks, i, s0, s1, last[i - p0]

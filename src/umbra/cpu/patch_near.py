@@ -14,7 +14,7 @@ from umbra.cpu.patch_cuts import cut_patch_edge
 from umbra.kernels import find_lowest, inlined
 from umbra.rays.lanes import LANES, meet_rectangles
 
-__all__ = ["NearEdges", "find_errors", "find_near", "four", "pick_near"]
+__all__ = ["NearEdges", "find_errors", "find_near_edges", "four", "pick_near"]
 
 _EPS = 1e-7  # rounding error of a rim [squares]
 _FAR = 2.0**-9  # bins: above float32's rounding of what a slope adds
@@ -141,7 +141,7 @@ def _find_range(patches, bins, g, i):
 
 
 @inlined
-def find_near(patches, bins, edges, near, g, i, look, share):
+def find_near_edges(patches, bins, edges, near, g, i, look, share):
     """
     Find the edges near a patch under a group's suns; return how many there are.
 

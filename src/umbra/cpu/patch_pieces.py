@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from umbra.cpu.patch_bins import EdgeBinner
-from umbra.cpu.patch_near import find_errors, find_near, pick_near
+from umbra.cpu.patch_near import find_errors, find_near_edges, pick_near
 from umbra.cpu.patch_rays import get_sun
 from umbra.cpu.patch_rims import add_rim, clear, find_rim_runs
 from umbra.cpu.patch_search import find_rims
@@ -191,7 +191,7 @@ def _add_block(
             look += 1
             n_near = 0
             if patches.graze[i] < np.inf:
-                n_near = find_near(patches, bins, edges, work.near, g, i, look, 0.0)
+                n_near = find_near_edges(patches, bins, edges, work.near, g, i, look, 0.0)
             for s in range(bins.first[g], bins.first[g + 1]):
                 n_rows = _find_pieces(
                     patches, bins, edges, tree, faces, work, rows, n_near, s, i, n_rows

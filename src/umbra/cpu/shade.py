@@ -19,7 +19,7 @@ from umbra.cpu.appearance import find_appearance
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import GROUND, NOTHING, DepthBuffer
 from umbra.scene import Camera, Light, Material, Scene
-from umbra.scene.camera import DAY, GROUND_COLOR, Sky, find_ambient, find_exposure
+from umbra.scene.exposure import DAY, GROUND_COLOR, Sky, find_ambient, find_exposure
 from umbra.soft import AreaLight
 
 __all__ = [

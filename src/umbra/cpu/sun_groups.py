@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from umbra.kernels import kernel, take_next
 
-__all__ = ["find_groups", "unite"]
+__all__ = ["find_groups", "unite_silhouettes"]
 
 _MOST = 32  # suns of a group
 _WIDE = math.radians(20)  # all lie within this angle of their mean
@@ -61,7 +61,7 @@ def find_groups(
 
 
 @kernel
-def unite(edge, begin, first, n_edges, lengths, united, suns, place, taken):
+def unite_silhouettes(edge, begin, first, n_edges, lengths, united, suns, place, taken):
     """
     Unite the silhouettes of each group's suns, until all groups are taken.
 

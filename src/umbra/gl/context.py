@@ -22,7 +22,7 @@ from umbra.gl.backends import BACKENDS, ContextBinding, bind_given, check_fork, 
 from umbra.gl.caller_state import CallerState
 from umbra.gl.functions import Functions
 from umbra.packages import write_install
-from umbra.scene.camera import DAY, Sky
+from umbra.scene.exposure import DAY, Sky
 
 __all__ = [
     "BACKENDS", "Device", "DeviceUser", "on_device", "open_device", "release_all", "tell_driver",

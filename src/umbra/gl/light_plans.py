@@ -20,7 +20,7 @@ from umbra.gl.casting_scene import CastingScene
 from umbra.gl.flags import CUT, DRAWS, Z_FAILS, VolumeSelection
 from umbra.gl.lists import find_level_points, is_level, split_level
 from umbra.gl.nearby import Nearby, find_nearby
-from umbra.gl.open_components import find_held, find_near_shells, find_opened, find_start
+from umbra.gl.open_components import find_faces_at_light, find_near_shells, find_opened, find_start
 from umbra.gl.overlap import KnownBound, bound_nearby, find_most
 from umbra.gl.projection import (
     Rectangle,
@@ -91,7 +91,7 @@ class KeptLight(Sequence[BodyVolumes]):
         near = self.near.get(index, _NO_SHELLS)
         held, opened = near[:0], body.none_opened
         if len(near) or body.any_inward:
-            held = find_held(body, origin, lights, near)
+            held = find_faces_at_light(body, origin, lights, near)
             opened = find_opened(body, self.camera, origin, lights, held, near)
         last = self._old.pop(index, None)
         if last is not None and last.is_of(body, lights, opened, held):

@@ -27,7 +27,7 @@ from umbra.gl.transmitters import TransmitterTables
 from umbra.gl.volume_counter import VolumeCounter
 from umbra.gl.volume_plan import VolumePlan
 from umbra.scene import Light
-from umbra.scene.camera import find_exposure
+from umbra.scene.exposure import find_exposure
 from umbra.soft import AreaLight, find_middles
 
 __all__ = ["LightPasses", "ShownLights", "TransparentLayers"]

@@ -22,7 +22,7 @@ from umbra.scene import Camera
 from umbra.volume.adjacency import Caster
 from umbra.volume.box_tree import BoxTree
 
-__all__ = ["REACH", "find_held", "find_near_shells", "find_opened", "find_start"]
+__all__ = ["REACH", "find_faces_at_light", "find_near_shells", "find_opened", "find_start"]
 
 _ATTEMPTS = 8
 _TILT = 1e-5  # a millimetre in a hundred metres
@@ -56,7 +56,7 @@ def find_near_shells(
     return near
 
 
-def find_held(
+def find_faces_at_light(
     body: Body,
     origin: NDArray[np.float64],
     lights: NDArray[np.float64],
@@ -106,7 +106,7 @@ def find_opened(
     """
     Find the components to open, (n_instances, n_components) bool.
 
-    Parameters as in ``find_held``, which returns ``held``.
+    Parameters as in ``find_faces_at_light``, which returns ``held``.
     """
     by_instance: dict[int, NDArray[np.bool_]] = {}
     inward = np.flatnonzero(body.is_inward) if body.any_inward else near[:0, 0]

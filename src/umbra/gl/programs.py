@@ -21,7 +21,7 @@ import numpy as np
 
 from umbra.errors import UmbraError
 from umbra.gl.context import Device, release_all
-from umbra.scene.camera import Sky
+from umbra.scene.exposure import Sky
 
 __all__ = ["PREFIX", "Lines", "Program", "Programs", "carry_uniforms", "load_source"]
 

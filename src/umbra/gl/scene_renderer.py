@@ -39,7 +39,7 @@ from umbra.gl.volume_plan import Statistics, VolumePlan
 from umbra.methods import Softness
 from umbra.rays.transmission import find_opaque
 from umbra.scene import Camera, Light, Scene
-from umbra.scene.camera import DAY, GROUND_COLOR, Sky, find_exposure
+from umbra.scene.exposure import DAY, GROUND_COLOR, Sky, find_exposure
 from umbra.soft import AreaLight, find_middles
 
 __all__ = ["SceneRenderer"]
@@ -266,7 +266,7 @@ class SceneRenderer(DeviceUser):
         )
         of = self.surfaces
         self.shading = Shading(self.device, is_glossy=of.is_glossy, is_plain=of.is_plain)
-        self.passes = LightPasses(self.shading, self.lamps, self._timed)
+        self.passes = LightPasses(self.shading, self.lamps, self.time_pass)
         self.still = StillView(self.shading)
         self.small = SmallMasks(self.planner, self.surfaces, self.masks, self._find_surface)
 
@@ -300,7 +300,7 @@ class SceneRenderer(DeviceUser):
         lamps = [self.lamps.make(light, projection, origin, find_exposure(1)) for light in lights]
         is_still = self.still.is_same(targets, projection) and bool(lamps)
         target = targets.both if lights and shadows and not is_still else targets.drawn
-        with self._timed("surfaces"):
+        with self.time_pass("surfaces"):
             if is_still:
                 self.still.show(state, targets, self.draw_surface, self.surfaces.has_normals)
             else:
@@ -315,16 +315,16 @@ class SceneRenderer(DeviceUser):
             scissor, spares = plan.scissor, self._spares_turned(counter, plan)
             if scissor is not None and 0 in scissor[2:]:
                 return
-            with self._timed("shadows"):
+            with self.time_pass("shadows"):
                 if is_still:
                     self.still.count(state, target, plan, counter, keeps=spares)
                     continue
                 counter.count(state, target, plan, is_clear=True)
-            with self._timed("light"):
+            with self.time_pass("light"):
                 targets.drawn.use()
                 self.shading.darken(state, targets.both, scissor, spares_turned=spares)
         if is_still:
-            with self._timed("light"):
+            with self.time_pass("light"):
                 self.still.show_light(state, targets, projection, lamps[0], scissor, spares)
 
     def _draw_in_turn(
@@ -341,7 +341,7 @@ class SceneRenderer(DeviceUser):
     ) -> None:
         """Draw surfaces, add each light, then transparent surfaces and the sky."""
         self.still.forget()
-        with self._timed("surfaces"):
+        with self.time_pass("surfaces"):
             self.draw_surface(state)
         self.device.gl.Flush()
         middles = find_middles(lights)
@@ -363,7 +363,7 @@ class SceneRenderer(DeviceUser):
             for layer in self.layers.blend(state, self.shading, self.surfaces, *seen):
                 self.passes.add(state, layer, projection, lit, self.scene.origin)
         targets.drawn.use()
-        with self._timed("finish"):
+        with self.time_pass("finish"):
             self.shading.finish(state, shown, is_laid=shown is not targets.surface)
 
     @on_device
@@ -387,13 +387,12 @@ class SceneRenderer(DeviceUser):
     ) -> list[VolumePlan]:
         """Plan lights; ``exact`` where their volumes are not for the stencil alone."""
         choices = self.choices or VolumeOptions(shorten=True)
-        if exact:
-            choices = replace(choices, detail=0.0, shorten=False)
+        choices = choices.keep_exact() if exact else choices
         self.plans = self.planner.plan(projection, lights, method, choices=choices, warn=self.warn)
         self.statistics = [plan.statistics for plan in self.plans]
         return self.plans
 
-    def _timed(self, name: str) -> AbstractContextManager[None]:
+    def time_pass(self, name: str) -> AbstractContextManager[None]:
         """Measure a pass if timers are set."""
         return nullcontext() if self.timers is None else self.timers.measure(name)
 

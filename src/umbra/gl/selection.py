@@ -7,7 +7,7 @@ classified by their triangles.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -78,6 +78,10 @@ class VolumeOptions:
     narrow: bool = True
     detail: float = 0.0
     shorten: bool = False
+
+    def keep_exact(self) -> "VolumeOptions":
+        """Leave out what changes counts."""
+        return replace(self, detail=0.0, shorten=False)
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,7 +23,7 @@ from umbra.gl.shading import Lamp
 from umbra.gl.state import Pass, State
 from umbra.gl.target import PLACE, Target
 from umbra.scene import Scene
-from umbra.scene.camera import GROUND_COLOR
+from umbra.scene.exposure import GROUND_COLOR
 from umbra.scene.material import WRAPS
 
 __all__ = ["SurfaceRenderer", "decode_images"]

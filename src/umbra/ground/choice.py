@@ -29,8 +29,8 @@ from umbra.ground.level import (
 from umbra.ground.surface import AWAY, FeetSurface, make_surface
 from umbra.ground_option import FEET, LEVEL, Asked, check_ground, is_file
 from umbra.scene import Material, Mesh, Part, Scene
-from umbra.scene.camera import GROUND_COLOR
 from umbra.scene.derived import derive
+from umbra.scene.exposure import GROUND_COLOR
 from umbra.scene.mesh import ADDED_GROUND, ASSUMED, ASSUMED_UNDER, GIVEN, find_standing
 
 __all__ = [

@@ -20,7 +20,7 @@ from umbra.rules import Alternative, Condition, Requirement, Rule
 from umbra.rules.words import MEASURES, tell_interval
 from umbra.scene.grid import Places
 from umbra.study.options import StudyOptions
-from umbra.study.setup import find_period
+from umbra.study.study_period import find_period
 from umbra.sun import name_date
 from umbra.verdicts.asked import choose_asked, find_flat_room
 from umbra.verdicts.dates import settle_dates

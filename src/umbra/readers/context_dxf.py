@@ -14,7 +14,7 @@ import numpy as np
 from umbra.errors import InputError
 from umbra.packages import need
 from umbra.readers.checks import find_reason
-from umbra.readers.context_table import ContextTable, make_table, name_kind
+from umbra.readers.context_table import ContextTable, make_context_table, name_context_kind
 
 __all__ = ["ContextTable", "read_drawing"]
 
@@ -39,7 +39,7 @@ def read_drawing(path: str) -> Iterator[ContextTable]:
                 if len(loop):
                     points = [(p.x, p.y) for p in loop.flattening(_SAGITTA)]
                     lines.append((points, bool(is_hatch or loop.is_closed), len(kinds)))
-            kinds.append(name_kind({}, str(entity.dxf.layer), Path(path).stem))
+            kinds.append(name_context_kind({}, str(entity.dxf.layer), Path(path).stem))
         unit = units.InsertUnits(int(drawing.units))
         scale = units.conversion_factor(unit, units.InsertUnits.Meters) if unit else 1.0
     except (OSError, MemoryError):
@@ -47,6 +47,6 @@ def read_drawing(path: str) -> Iterator[ContextTable]:
     except Exception as error:
         msg = f"cannot be read as DXF ({find_reason(error, 160)}); save it again as DXF"
         raise InputError(msg) from error
-    table = make_table(lines, kinds)
+    table = make_context_table(lines, kinds)
     metres = table.points * np.float64(scale)
     yield ContextTable(metres, table.lengths, table.is_ring, table.feature, table.kinds)

@@ -20,7 +20,7 @@ from umbra.readers.area_file import FARTHEST, find_move
 from umbra.readers.checks import errors_of
 from umbra.readers.child import ReadingChild
 from umbra.readers.content import FileContent
-from umbra.readers.context_table import ContextTable, make_table, name_kind
+from umbra.readers.context_table import ContextTable, make_context_table, name_context_kind
 from umbra.readers.footprint_files import FORMATS
 from umbra.readers.formats import parse_documents
 from umbra.readers.georeference import name_crs
@@ -116,11 +116,11 @@ def _read_geojson(documents: list[Any], stem: str) -> ContextTable:
                 raise InputError(msg, feature=row + 1) from error
             columns = feature.get("properties")
             lines += found
-            kinds.append(name_kind(columns if isinstance(columns, dict) else {}, stem))
+            kinds.append(name_context_kind(columns if isinstance(columns, dict) else {}, stem))
     named = documents[0].get("crs") if isinstance(documents[0], dict) else None
     properties = named.get("properties") if isinstance(named, dict) else None
     crs = name_crs(properties.get("name")) if isinstance(properties, dict) else None
-    table = make_table(lines, kinds)
+    table = make_context_table(lines, kinds)
     is_guess = crs is None and not (np.abs(table.points) > [180.0, 90.0]).any()
     return ContextTable(
         table.points, table.lengths, table.is_ring, table.feature, table.kinds,

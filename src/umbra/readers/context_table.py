@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from umbra.errors import InputError
 
-__all__ = ["KINDS", "ContextTable", "make_table", "name_kind"]
+__all__ = ["KINDS", "ContextTable", "make_context_table", "name_context_kind"]
 
 KINDS = ("street", "green", "water", "other")
 """What is drawn under a plan, besides buildings."""
@@ -63,7 +63,7 @@ class ContextTable:
     is_guess: bool = False
 
 
-def make_table(
+def make_context_table(
     lines: Sequence[tuple[Sequence[Any], bool, int]],
     kinds: Iterable[str],
     crs: str | None = None,
@@ -102,7 +102,7 @@ def make_table(
     )
 
 
-def name_kind(columns: Mapping[str, Any], *names: str) -> str:
+def name_context_kind(columns: Mapping[str, Any], *names: str) -> str:
     """
     Say what a feature is, by the values of its columns, else by names of its layer or file.
 

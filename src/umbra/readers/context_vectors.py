@@ -11,7 +11,7 @@ from typing import Any
 from umbra.errors import InputError
 from umbra.packages import need
 from umbra.readers.checks import find_reason
-from umbra.readers.context_table import ContextTable, make_table, name_kind
+from umbra.readers.context_table import ContextTable, make_context_table, name_context_kind
 from umbra.readers.georeference import name_crs
 from umbra.readers.vector_tables import VectorWork, check_schema
 
@@ -37,9 +37,9 @@ def read_layers(work: VectorWork) -> Iterator[ContextTable]:
             columns = dict(zip(map(str, meta["fields"]), fields, strict=True))
             rows = [{key: _plain(column[row]) for key, column in columns.items()}
                     for row in range(len(geometry))]  # fmt: skip
-            kinds = [name_kind(row, name, path.stem) for row in rows]
+            kinds = [name_context_kind(row, name, path.stem) for row in rows]
             lines = list(_list_lines(shapely, shapely.from_wkb(geometry)))
-            yield make_table(lines, kinds, name_crs(meta["crs"]))
+            yield make_context_table(lines, kinds, name_crs(meta["crs"]))
     except (InputError, MemoryError):
         raise
     except Exception as error:  # GDAL raises many kinds

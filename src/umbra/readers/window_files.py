@@ -1,7 +1,5 @@
 """Tables of windows: a line for each, with the middle of its pane, azimuth, width and height."""
 
-import csv
-import io
 import math
 from collections import Counter
 from dataclasses import dataclass
@@ -10,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from umbra.errors import InputError
+from umbra.readers.csv_rows import read_rows
 from umbra.scene.named_places import Window
 
 __all__ = ["COLUMNS", "WindowRow", "read_windows"]
@@ -98,26 +97,7 @@ def read_windows(path: str | Path) -> tuple[WindowRow, ...]:
 
 def _read_lines(path: Path) -> list[tuple[int, list[str]]]:
     """Read the lines of a table that are not empty, with their numbers."""
-    try:
-        with path.open("rb") as file:
-            data = file.read(_LARGEST + 1)
-        if len(data) > _LARGEST:
-            msg = f"{path}: is larger than {_LARGEST / 1e6:,.0f} MB; cut it into several tables"
-            raise InputError(msg, option="windows")  # noqa: TRY301 - not one of those below
-        text = data.decode("utf-8-sig")
-        first = text.partition("\n")[0]
-        mark = ";" if ";" in first and "," not in first else ","
-        reader = csv.reader(io.StringIO(text, newline=""), delimiter=mark)
-        lines = [(n, row) for n, row in enumerate(reader, 1) if any(map(str.strip, row))]
-    except InputError:
-        raise
-    except (UnicodeDecodeError, csv.Error) as error:
-        msg = f"{path}: cannot be read as a table ({error}); give {','.join(COLUMNS)}"
-        raise InputError(msg, option="windows") from None
-    except (OSError, ValueError) as error:  # ValueError: a name with a null byte
-        reason = (getattr(error, "strerror", None) or str(error)).lower()
-        msg = f"{path}: {reason}; name a table of windows"
-        raise InputError(msg, option="windows") from None
+    lines = read_rows(path, "windows", ",".join(COLUMNS), _LARGEST, option="windows")
     if not lines:
         msg = f"{path}: is empty; give a heading {','.join(COLUMNS)} and a line for each window"
         raise InputError(msg, option="windows")

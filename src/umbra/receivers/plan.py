@@ -165,6 +165,7 @@ class PlanKind(ReceiverKind):
     """Base of ground planes and topmost surfaces."""
 
     is_plan = True
+    nothing = "no surface: not counted"
     area_of = ""
     formats = ("geotiff", "geojson", "gpkg", "dxf", "csv", "glb", "3dtiles", "solids", "gif", "mp4")
     tile: ClassVar[type[PlanTile]]

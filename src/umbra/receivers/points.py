@@ -4,8 +4,6 @@ Points as receivers: samples of walls and roofs, or given points.
 Given points are windows, sensors or places in a garden, read from tables.
 """
 
-import csv
-import io
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
@@ -16,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from umbra.casters.casting import Casting
 from umbra.errors import InputError, show_count
 from umbra.kernels import kernel
+from umbra.readers.csv_rows import read_rows
 from umbra.receivers.counted import Counted
 from umbra.receivers.kind import DIMS, ReceiverKind, Request, SampleKind, Variables
 from umbra.receivers.on_demand import OnDemand
@@ -237,23 +236,7 @@ def read_points(path: str | Path) -> tuple[NDArray[np.float64], list[str]]:
     InputError
         If the file cannot be read, or a value is not a number.
     """
-    try:
-        with Path(path).open("rb") as file:
-            data = file.read(_LARGEST + 1)
-        if len(data) > _LARGEST:
-            msg = f"{path}: is larger than {_LARGEST / 1e6:,.0f} MB; cut it into several tables"
-            raise InputError(msg, path=path)  # noqa: TRY301 - not one of those below
-        text = io.StringIO(data.decode("utf-8-sig"), newline="")
-        rows = [(n, row) for n, row in enumerate(csv.reader(text), 1) if any(map(str.strip, row))]
-    except InputError:
-        raise
-    except (UnicodeDecodeError, csv.Error) as error:
-        msg = f"{path}: cannot be read as a table ({error}); give comma-separated x,y,z"
-        raise InputError(msg, path=path) from None
-    except (OSError, ValueError) as error:  # ValueError: a name with a null byte
-        reason = (getattr(error, "strerror", None) or str(error)).lower()
-        msg = f"{path}: {reason}; name a table of points"
-        raise InputError(msg, path=path) from None
+    rows = read_rows(Path(path), "points", "comma-separated x,y,z", _LARGEST, path=path)
     if not rows:
         msg = f"{path}: there are no points; give lines of x,y,z or x,y,z,nx,ny,nz"
         raise InputError(msg, path=path)
@@ -272,7 +255,7 @@ def read_points(path: str | Path) -> tuple[NDArray[np.float64], list[str]]:
     points = []
     for line, row in rows:
         try:
-            points.append([float(row[index]) for index in places])
+            points.append([float(row[index].replace(",", ".")) for index in places])
         except (ValueError, IndexError):
             msg = (
                 f"{path}: line {line} has not {len(places)} numbers ({','.join(row)[:60]}); "

@@ -143,7 +143,8 @@ def _find_thinnest(corners: NDArray[np.float64]) -> NDArray[np.float64] | None:
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(across, axis=1)
     unit = across / np.where(area > 0, area, 1.0)[:, None]
-    left, found = area.copy(), []
+    found: list[tuple[float, float, NDArray[np.float64]]] = []
+    left = area.copy()
     while len(found) < _DIRECTIONS and left.any():
         normal = unit[int(left.argmax())]
         alike = np.abs(unit @ normal) > _PARALLEL

@@ -26,10 +26,8 @@ from umbra.scene import Scene
 from umbra.scene.grid import Places
 from umbra.scene.named_places import Window
 
-__all__ = ["JUDGED", "MOST_HELD", "WindowKind", "WindowReceivers", "find_windows"]
+__all__ = ["MOST_HELD", "WindowKind", "WindowReceivers", "find_windows"]
 
-JUDGED = ("centre", "sill", "pane")
-"""Where windows are judged."""
 HOW = (  # a house without windows in its file gets them
     "give them in a table: windows='FILE.csv' with name,x,y,z,azimuth,width,height "
     "(x,y,z the middle of the pane's outer face)"

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from umbra.scene.camera import BOUNCE, DAY, Sky, choose_sky
+from umbra.scene.exposure import BOUNCE, DAY, Sky, choose_sky
 from umbra.scene.lights import Light
 from umbra.scene.mesh import ADDED_GROUND
 from umbra.scene.scene import Scene

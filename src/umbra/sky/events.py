@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from umbra.kernels import borrowing, copy_numbers, copy_rows, inner, kernel
-from umbra.sky.skyline import BINS, find_bin, find_outline, find_turn, is_hidden
+from umbra.sky.skyline import BINS, find_bin, find_outline, find_turn, is_covered
 
 __all__ = ["find_events", "find_spans"]
 
@@ -92,7 +92,7 @@ def find_events(seen, normal, is_asked, cover):
             copy_numbers(a, pair[0])
             copy_numbers(b, pair[1])
             low, high, start, end = find_outline(pair, 2)
-            if is_hidden(cover, start, end, low, high):
+            if is_covered(cover, start, end, low, high):
                 continue
             count = _add_event(events, count, a[0], a[1])
             count = _add_event(events, count, b[0], b[1])

@@ -18,11 +18,11 @@ from umbra.sky.skyline import (
     BOXES,
     FACES,
     find_layer,
-    find_near,
+    find_near_boxes,
     find_outline,
     is_box_hidden,
     is_box_out,
-    is_hidden,
+    is_covered,
 )
 
 __all__ = ["CORNERS", "HORIZON", "PLANE", "SeenFaces", "gather_faces", "keep_above"]
@@ -101,7 +101,7 @@ def gather_faces(casters, p, normal, covers, reaches, raises):
     arcs = np.empty((CORNERS, 4))
     level = np.array([0.0, 0.0, 1.0])
     n = 0
-    groups = find_near(casters.box_boxes, p, normal)
+    groups = find_near_boxes(casters.box_boxes, p, normal)
     for which in range(groups.size * BOXES):
         group, member = groups[which // BOXES], which % BOXES
         block = group * BOXES + member
@@ -137,7 +137,7 @@ def gather_faces(casters, p, normal, covers, reaches, raises):
                 continue
             low, high, start, end = find_outline(polygon, 3)
             layer = 0 if raises else find_layer(reaches, _find_distance(polygon))
-            if layer >= 0 and is_hidden(covers[layer], start, end, low, high):
+            if layer >= 0 and is_covered(covers[layer], start, end, low, high):
                 continue
             m = 3
             if lowest <= 0.0 or farthest <= 0.0:

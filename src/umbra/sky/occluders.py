@@ -10,7 +10,7 @@ below what covers it, at both sides.
 import math
 
 from umbra.kernels import borrowing, inlined
-from umbra.sky.skyline import BINS, CLEAR, MEET, NARROW, add_interval, is_hidden, look_along
+from umbra.sky.skyline import BINS, CLEAR, MEET, NARROW, add_interval, is_covered, look_along
 
 __all__ = ["is_face_hidden", "raise_cover"]
 
@@ -100,7 +100,7 @@ def is_face_hidden(cover, corners, n, bounds, arcs):
     its arcs, (CORNERS, 4).
     """
     low, high, start, end = bounds[0], bounds[1], bounds[2], bounds[3]
-    if is_hidden(cover, start, end, low, high):
+    if is_covered(cover, start, end, low, high):
         return True
     if high == math.inf:
         return False
@@ -109,7 +109,7 @@ def is_face_hidden(cover, corners, n, bounds, arcs):
         return False
     is_known = False
     for column in range(math.floor(start - MEET), math.floor(end + MEET) + 1):
-        if is_hidden(cover, column + _MIDDLE, column + _MIDDLE, low, high):
+        if is_covered(cover, column + _MIDDLE, column + _MIDDLE, low, high):
             is_known = False
             continue
         row = cover[column & (BINS - 1)]

@@ -21,8 +21,8 @@ from umbra.kernels import borrowing, inlined, kernel
 
 __all__ = [
     "BINS", "BOXES", "CLEAR", "CURVED", "FACES", "GAP", "MEET", "NARROW", "STRIPS", "add_interval",
-    "find_bin", "find_cover_along", "find_layer", "find_near", "find_outline", "find_turn",
-    "is_box_hidden", "is_box_out", "is_hidden", "look_along", "make_cover", "make_covers",
+    "find_bin", "find_cover_along", "find_layer", "find_near_boxes", "find_outline", "find_turn",
+    "is_box_hidden", "is_box_out", "is_covered", "look_along", "make_cover", "make_covers",
 ]  # fmt: skip
 
 BINS = 1024
@@ -100,7 +100,7 @@ def make_covers(n):
 
 
 @inlined
-def is_hidden(cover, start, end, low, high):
+def is_covered(cover, start, end, low, high):
     """Return whether all bins between two places hide what lies between two tangents."""
     for column in range(math.floor(start - MEET), math.floor(end + MEET) + 1):
         row = cover[column & (BINS - 1)]
@@ -257,7 +257,7 @@ def is_box_hidden(covers, reaches, box, p):
     far_x, far_y = max(-low_x, high_x), max(-low_y, high_y)
     far = math.sqrt(far_x * far_x + far_y * far_y)
     low, high = (box[2] - p[2]) / far, (box[5] - p[2]) / near
-    return is_hidden(covers[layer], start, end, low, high)
+    return is_covered(covers[layer], start, end, low, high)
 
 
 @inlined
@@ -272,7 +272,7 @@ def is_box_out(box, p, normal):
 
 
 @kernel
-def find_near(boxes, p, normal):
+def find_near_boxes(boxes, p, normal):
     """Find the boxes (n, 6) above a point's horizon and before its plane, near ones first."""
     near, which = np.empty(boxes.shape[0]), np.empty(boxes.shape[0], np.int32)
     n = 0

@@ -14,7 +14,7 @@ from umbra.sky.skyline import (
     STRIPS,
     add_interval,
     find_bin,
-    find_near,
+    find_near_boxes,
     is_box_hidden,
     is_box_out,
     look_along,
@@ -69,7 +69,7 @@ def cover_by_walls(casters, p, normal, farthest, covers):
         parts[b, 1, 0] = 1.0
         parts[b, 0, 2] = parts[b, 1, 2] = _TALLEST
     boxes = casters.strip_boxes
-    for group in find_near(casters.strip_box_boxes, p, normal):
+    for group in find_near_boxes(casters.strip_box_boxes, p, normal):
         around = casters.strip_box_boxes[group]
         if _is_beyond(around, p, farthest):
             break

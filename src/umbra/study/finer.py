@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, cast
+from typing import Any, ClassVar, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,8 @@ from umbra.study.result import Study
 from umbra.sun import find_sun
 
 __all__ = [
-    "LONGEST", "FinerHours", "can_count_casters", "count_finer", "find_most_work", "find_work",
+    "FACE", "FREE", "LONGEST", "FinerHours", "FinerSteps", "can_count_casters", "choose_parts",
+    "count_finer", "cut_steps", "find_most_work", "find_work",
 ]  # fmt: skip
 
 LONGEST = 1600
@@ -32,6 +33,18 @@ CASTERS = 4 * FREE
 """Work that is allowed to tell casters apart, who are only counted one by one if asked for."""
 LEAST = 60_000_000
 """Least length of a cut step [us]."""
+
+
+class FinerSteps(Protocol):
+    """Steps from which hours are drawn, finer than those that results keep."""
+
+    @property
+    def seconds(self) -> float:
+        """Length of a step [s]."""
+
+    @property
+    def kept(self) -> str:
+        """File that keeps the hours of the study's own steps."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +74,7 @@ class FinerHours:
     tile: Any
     lights: Lights
     period: Period
+    kept: ClassVar[str] = "study.nc"
 
     def find_lost(self, others: Sequence[int]) -> NDArray[np.float32]:
         """
@@ -152,24 +166,29 @@ def count_finer(
         return None
     grid = study.grid.coarser(longest) if longest else study.grid
     work = find_work(study, grid, int(period.sun.is_up.sum()))
-    parts = _choose_parts(period, int(find_most_work(study, share) / work))
+    parts = choose_parts(period, int(find_most_work(study, share) / work))
     if parts == 1:
         return None
     tile = study.model.make_tile(grid) if like is None else like.tile
-    hours, starts = period.hours, period.starts
-    part = (period.ends - starts) / parts
-    middles = starts[:, None] + part[:, None] * (np.arange(parts) + 0.5)
-    path = find_sun(
-        study.site, middles.ravel().astype(np.int64).view("datetime64[us]"),
-        refraction=study.refraction,
-    )  # fmt: skip
-    length = np.repeat(hours / parts, parts)
-    lights = Lights.of(path.direction[path.is_up], length[path.is_up])  # the last step is shorter
+    lights = cut_steps(period, parts)
     run = make_tile_run(tile, None).behind_land(period)
     total = add_up(run.counters[0], tile.shape, lights)[0]
     total[tile.nothing] = np.nan
-    up_hours, seconds = float(length[path.is_up].sum()), 3600 * float(length[0])
+    up_hours, seconds = float(lights.weights.sum()), 3600 * float(period.hours[0]) / parts
     return FinerHours(total, up_hours, seconds, tile, lights, period)
+
+
+def cut_steps(period: Period, parts: int, min_altitude: float = 0.0) -> Lights:
+    """Return the suns at the middle of each part of a period's steps, with its length in hours."""
+    part = (period.ends - period.starts) / parts
+    middles = period.starts[:, None] + part[:, None] * (np.arange(parts) + 0.5)
+    path = find_sun(
+        period.site, middles.ravel().astype(np.int64).view("datetime64[us]"),
+        refraction=period.refraction,
+    )  # fmt: skip
+    length = np.repeat(period.hours / parts, parts)  # the last step is shorter
+    is_up = path.is_up & (path.altitude >= min_altitude) if min_altitude else path.is_up
+    return Lights.of(path.direction[is_up], length[is_up])
 
 
 _OTHERWISE = {"exact_tolerance_seconds", "canopy_transmissivity", "sun_disc_deg"}
@@ -201,7 +220,7 @@ def _weigh(study: Study) -> int:
     return 1 if study.is_plan else PIXEL
 
 
-def _choose_parts(period: Period, most: int) -> int:
+def choose_parts(period: Period, most: int) -> int:
     """Cut a step into at most N parts of whole minutes, or of whole seconds."""
     step = round(float(period.hours[0]) * 3.6e9)
     parts = range(min(most, step // LEAST), 1, -1)

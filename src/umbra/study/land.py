@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from umbra.land.settle import is_raster, settle_horizon
+from umbra.land.named_land import is_raster, settle_horizon
 from umbra.study.options import StudyOptions
 from umbra.sun import Site
 

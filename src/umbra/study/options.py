@@ -214,7 +214,7 @@ class StudyOptions(ReceiverOptions):
     @property
     def needs_site(self) -> bool:
         """Whether a measure is of suns, or land is a raster, so that a site is needed."""
-        from umbra.land.settle import is_raster  # noqa: PLC0415
+        from umbra.land.named_land import is_raster  # noqa: PLC0415
 
         is_of_suns = self.needs_sun or any(measure.needs_site for measure in self.measures)
         return is_of_suns or is_raster(self.horizon)
@@ -318,7 +318,7 @@ class StudyOptions(ReceiverOptions):
                 msg = "horizon_from= is of a raster of heights; give horizon='FILE.tif', or leave "
                 raise InputError(msg + "it out", option="horizon_from")
             return
-        from umbra.land.settle import check_nearest  # noqa: PLC0415  (the help needs none)
+        from umbra.land.named_land import check_nearest  # noqa: PLC0415  (the help needs none)
         from umbra.lights import Horizon, read_horizon  # noqa: PLC0415
 
         is_settled = isinstance(self.horizon, Horizon)

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from umbra.casters import Canopy, describe_opaque
 from umbra.casters.casting import select_casters, select_replaced
 from umbra.devices import DEFAULT, StudyCounters, check_device
-from umbra.errors import InputError
-from umbra.lights import Lights, Period, make_no_period, make_period
+from umbra.lights import Lights, Period
 from umbra.receivers.kind import Receivers, Request, Tile, Variables
 from umbra.scene import Scene
 from umbra.study.accumulators.arrays import ResultArrays, ResultOptions
@@ -30,38 +29,14 @@ from umbra.study.measures import Asked, Measure, guard
 from umbra.study.measures.measure import count_at_once
 from umbra.study.options import StudyOptions
 from umbra.study.result import Study
+from umbra.study.study_period import ask_for_site, find_period
 from umbra.sun import Site
 from umbra.version import __version__
 
 if TYPE_CHECKING:
     from umbra.receivers.named import NamedReceivers
 
-__all__ = ["Result", "Setup", "find_period"]
-
-
-def find_period(options: StudyOptions, site: Site | None) -> Period:
-    """
-    Return the suns of a study's dates; none where it has no date.
-
-    Raises
-    ------
-    InputError
-        If a date or a time is wrong, or there is no site.
-    """
-    if options.date is None:
-        return replace(make_no_period(site), horizon=options.horizon)
-    if site is None:
-        raise _ask_for_site()
-    period = make_period(
-        options.date, options.start, options.end, options.every, site,
-        every_days=options.every_days, refraction=options.refraction, clock=options.clock,
-    )  # fmt: skip
-    return replace(period, horizon=options.horizon)
-
-
-def _ask_for_site() -> InputError:
-    msg = "a study of the sun needs a place; give latitude and longitude with site="
-    return InputError(msg, option="latitude")
+__all__ = ["Result", "Setup"]
 
 
 def _find_disc_radius() -> float:
@@ -172,7 +147,7 @@ class Setup:
         """Read the options common to all receivers."""
         threads = check_device(options.device, options.threads)
         if site is None and options.needs_site:
-            raise _ask_for_site()
+            raise ask_for_site()
         options = settle_land(options, scene.model_bounds(), site)
         period = find_period(options, site)
         casters = select_casters(scene, options.cast, options.no_cast)

@@ -33,7 +33,7 @@ from umbra.tiles.city_file import (
     WORDS,
     CityFile,
     check_reading,
-    list_files,
+    list_city_files,
     name_as_read,
     read_outside,
     tell_reading,
@@ -140,7 +140,7 @@ def make_catalogue(
     Parameters
     ----------
     given : sequence of str or path
-        As ``list_files`` takes them.
+        As ``list_city_files`` takes them.
     folder : Path
         Of the catalogue; made if missing.
     reading : mapping, optional
@@ -161,7 +161,7 @@ def make_catalogue(
         if options.get(option):
             msg = f"{option}= is not for tiles, whose files are read alone; study without tiles="
             raise InputError(msg, option=option)
-    named = name_layers(list_files(given))
+    named = name_layers(list_city_files(given))
     folder.mkdir(parents=True, exist_ok=True)
     files: list[CityFile] = []
     known, outside, damaged = read_outside(folder), {}, []

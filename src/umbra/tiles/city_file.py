@@ -44,7 +44,7 @@ __all__ = [
     "WORDS",
     "CityFile",
     "check_reading",
-    "list_files",
+    "list_city_files",
     "name_as_read",
     "read_outside",
     "tell_reading",
@@ -136,7 +136,7 @@ def tell_reading(options: Mapping[str, Any]) -> str:
 _PACKED = {".gz", ".zip", ".xml"}
 
 
-def list_files(given: Sequence[str | os.PathLike[str]]) -> list[str]:
+def list_city_files(given: Sequence[str | os.PathLike[str]]) -> list[str]:
     """
     List the files of a city: names, folders (all files in them that umbra reads), and patterns.
 

@@ -14,7 +14,7 @@ from umbra.receivers.windows import MOST_HELD
 from umbra.scene.grid import Places
 from umbra.tiles.city_receivers import RolePlace, lay_out_among, look_around
 
-__all__ = ["Laid", "cut_runs", "lay_out_areas", "lay_out_windows"]
+__all__ = ["Laid", "cut_squares", "lay_out_city_areas", "lay_out_windows"]
 
 _SIDE = 500.0
 """Side of the squares whose receivers are counted together, with the casters of all [m]."""
@@ -62,7 +62,9 @@ class Laid:
         return np.asarray(np.add.reduceat(values * self.areas, first) / whole)
 
 
-def cut_runs(points: NDArray[np.float64], side: float | None = None) -> Iterator[NDArray[np.intp]]:
+def cut_squares(
+    points: NDArray[np.float64], side: float | None = None
+) -> Iterator[NDArray[np.intp]]:
     """Yield the indices of points (n, 2) or (n, 3) in each square, at most so many at a time."""
     squares = np.floor(points[:, :2] / (side or _SIDE)).astype(np.int64)
     order = np.lexsort((np.arange(len(points)), squares[:, 0], squares[:, 1]))
@@ -72,7 +74,7 @@ def cut_runs(points: NDArray[np.float64], side: float | None = None) -> Iterator
             yield run[first : first + _SAMPLES]
 
 
-def lay_out_areas(own: RolePlace) -> Laid:
+def lay_out_city_areas(own: RolePlace) -> Laid:
     """Lay out the areas of a place's options, without bands."""
     options = own.job.options
     areas: list[Any] = list(options.areas)
@@ -84,7 +86,7 @@ def lay_out_areas(own: RolePlace) -> Laid:
         sides[run], covered[run] = laid.sides, laid.covered
         return laid
 
-    found = _join(len(areas), cut_runs(middles, own.job.square), lay_out)
+    found = _join(len(areas), cut_squares(middles, own.job.square), lay_out)
     level = AreaLevel.of(options.areas_on)
     notes = tell_sampling([one.name for one in areas], covered, sides, options.cell, level)
     return replace(found, notes=tuple(notes))
@@ -98,7 +100,7 @@ def lay_out_windows(own: RolePlace) -> Laid:
     kind, notes = find_kind("windows"), list[str]()
     # Of too many none is looked for within bodies, of the whole table as of a run.
     runs = (
-        cut_runs(middles, own.job.square)
+        cut_squares(middles, own.job.square)
         if len(rows) <= MOST_HELD
         else iter([np.arange(len(rows))])
     )

@@ -23,7 +23,7 @@ from umbra.study.accumulators.step_masks import Masks
 from umbra.study.options import StudyOptions
 from umbra.tiles.city_proposal import find_proposal
 from umbra.tiles.city_receivers import RolePlace, count_among, look_around
-from umbra.tiles.city_runs import Laid, cut_runs, lay_out_areas, lay_out_windows
+from umbra.tiles.city_runs import Laid, cut_squares, lay_out_city_areas, lay_out_windows
 from umbra.tiles.job import CityJob
 from umbra.tiles.matched_parts import fill_bounds, name_city_replaced
 from umbra.tiles.prepare import make_plain
@@ -67,7 +67,7 @@ class _CitySunlight(SunlightOf):
         plain = {name: make_plain(value) for name, value in kept.items()}
         decides = which, replaced, casters, plain, more
         joined: _Counted | None = None
-        for some in cut_runs(given.points, job.square):
+        for some in cut_squares(given.points, job.square):
             points = np.hstack([given.points[some], normals[some]])
             asked = StudyOptions(receivers="points", points=points, **kept, **casters, **more)
             own = RolePlace(
@@ -184,7 +184,7 @@ class CityGathered(Gathered):
         """Lay receivers out in runs that lie together."""
         roles = replace(self.job.options, cast=asked.cast, no_cast=asked.no_cast)
         own = RolePlace(replace(self.job, options=asked), roles)
-        return lay_out_windows(own) if kind == "windows" else lay_out_areas(own)
+        return lay_out_windows(own) if kind == "windows" else lay_out_city_areas(own)
 
 
 def gather_city(job: CityJob, year: int, **given: Any) -> CityGathered:

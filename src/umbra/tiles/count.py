@@ -29,9 +29,12 @@ from umbra.tiles.store import CityStore
 from umbra.tiles.surface_pieces import write_pieces
 from umbra.tiles.surface_results import count_surfaces
 
-__all__ = ["TileRecord", "count_tile", "count_window", "find_needs", "lay_out_window"]
+__all__ = [
+    "LEAST_SIDE", "TileRecord", "count_tile", "count_window", "find_needs", "halve_window",
+    "lay_out_window",
+]  # fmt: skip
 
-_LEAST_SIDE = 64  # cells: smaller windows are not cut
+LEAST_SIDE = 64  # cells: smaller windows are not cut
 # Memory of a process, measured and rounded up [byte]: of itself, for each face of the
 # neighbourhood, for each cell, and for each cell and thread.
 _BASE, _FACE, _CELL, _CELL_AND_THREAD = 3e8, 2500.0, 80.0, 8.0
@@ -114,8 +117,8 @@ def _count_cells(
         rows, cols = waiting.pop()
         grid = lattice.find_window(rows, cols)
         need = find_needs(context, grid)
-        if need.bytes(context, grid) > job.memory and max(grid.rows, grid.cols) > _LEAST_SIDE:
-            waiting += _halve(rows, cols)
+        if need.bytes(context, grid) > job.memory and max(grid.rows, grid.cols) > LEAST_SIDE:
+            waiting += halve_window(rows, cols)
             continue
         variables, losses, casting, empty = count_window(context, grid, need)
         neighbours += losses
@@ -134,7 +137,7 @@ def _count_cells(
     return neighbours, triangles, bare
 
 
-def _halve(rows: slice, cols: slice) -> list[tuple[slice, slice]]:
+def halve_window(rows: slice, cols: slice) -> list[tuple[slice, slice]]:
     """Cut a window in two across its longer side."""
     if rows.stop - rows.start >= cols.stop - cols.start:
         middle = (rows.start + rows.stop) // 2
@@ -171,15 +174,22 @@ class TileNeeds:
         return _BASE + faces * _FACE + grid.rows * grid.cols * cell
 
 
-def find_needs(context: WorkerContext, grid: Grid) -> TileNeeds:
-    """Find the units that are seen in a window or cast onto it, of any light."""
+def find_needs(
+    context: WorkerContext, grid: Grid, lights: NDArray[np.float64] | None = None
+) -> TileNeeds:
+    """
+    Find the units that are seen in a window or cast onto it, of any light.
+
+    Lights (n, 3) or (n, 4) are the study's by default.
+    """
     near = Neighbourhood(context)
     x, y = grid.x, grid.y
     aside = np.array([grid.dx, grid.dy])
     low, high = np.array([x[0], y[0]]) - aside, np.array([x[-1], y[-1]]) + aside
     seen = near.find_seen(low, high)
     box = find_tile_box(context, near, seen, low, high)
-    units = seen | near.find_casting(box, context.lights.vectors)
+    lights = context.lights.vectors if lights is None else lights
+    units = seen | near.find_casting(box, lights)
     return TileNeeds(seen, units, box, near.count_faces(units))
 
 

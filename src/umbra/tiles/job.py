@@ -22,7 +22,8 @@ from umbra.scene.named_places import Area
 from umbra.study.accumulators.arrays import ResultOptions
 from umbra.study.accumulators.attribution import AttributionOptions
 from umbra.study.options import StudyOptions
-from umbra.study.setup import Setup, find_period
+from umbra.study.setup import Setup
+from umbra.study.study_period import find_period
 from umbra.sun import Site
 from umbra.tiles.city_catalogue import Catalogue, read_catalogue
 from umbra.tiles.city_lattice import CityTile, Lattice

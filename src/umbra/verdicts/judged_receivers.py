@@ -18,7 +18,7 @@ from umbra.scene import Scene
 from umbra.study.options import StudyOptions
 from umbra.study.settled import settle_ground
 from umbra.study.setup import Setup
-from umbra.verdicts.remarks import tell_buried, tell_far, tell_off_plot
+from umbra.verdicts.receiver_remarks import tell_buried, tell_far, tell_off_plot
 from umbra.verdicts.subjects import Subjects, of_points
 from umbra.verdicts.sunlight import Model, SunlightOf
 

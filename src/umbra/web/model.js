@@ -1,5 +1,6 @@
 // A model as Python packed it (pack.py), unpacked for drawing and for rays.
 
+import { findAssumedGround } from "./assumed_ground.js";
 import { BLOCK, makeBoxes, widen } from "./boxes.js";
 import { findPlane } from "./planes.js";
 import { traceRay } from "./trace.js";
@@ -158,6 +159,15 @@ export class Model {
       [right, back, top],
     ];
   }
+
+  /** The ground that umbra assumed, found when it is first asked for; null: none. */
+  findAssumedGround() {
+    this.assumedGround ??= { ground: findAssumedGround(this) };
+    return this.assumedGround.ground;
+  }
+
+  /** @type {{ground: ReturnType<typeof findAssumedGround>} | null} to be found anew after a move */
+  assumedGround = null;
 
   /**
    * Find the faces that a ray meets, nearest first.

@@ -151,6 +151,7 @@ export class Proposal {
     joinBoxes(whole, 0, shells, 0, shellCount);
     const [x, y, z, east, north, top] = whole;
     model.bounds = [[x, y, z], [east, north, top]];
+    model.assumedGround = null;
   }
 }
 

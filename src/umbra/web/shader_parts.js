@@ -25,7 +25,7 @@ void endAtCut() { if (kept < 0.0) discard; }
 `;
 
 export const AMBIENT = `
-const vec3 FROM_SKY = vec3(0.16525, 0.20510, 0.25176); // umbra.scene.camera.FROM_SKY
+const vec3 FROM_SKY = vec3(0.16525, 0.20510, 0.25176); // umbra.scene.exposure.FROM_SKY
 const vec3 FROM_GROUND = vec3(0.10029, 0.10029, 0.09628); // and FROM_GROUND
 vec3 findAmbient(float up) { return mix(FROM_GROUND, FROM_SKY, 0.5 + 0.5 * up); }
 `;

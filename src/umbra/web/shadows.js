@@ -73,8 +73,9 @@ export class Shadows {
     this.sight = sight;
     this.key = key;
     const opened = findOpened(this.volumes, sight, source);
-    const lightKey = `${source} ${opened ?? ""}`;
-    if (lightKey !== this.lightKey) this.volumes.setLight(source, opened);
+    const isOverLand = !isCut && ground === null && Boolean(this.volumes.land?.isSeenFromAbove(sight));
+    const lightKey = `${source} ${isOverLand} ${opened ?? ""}`;
+    if (lightKey !== this.lightKey) this.volumes.setLight(source, opened, isOverLand);
     this.lightKey = lightKey;
     const bottom = this.findBottom(source, sight, ground);
     // Where volumes end below a ground that is seen from above, it hides all that is below it.

@@ -89,8 +89,10 @@ export class SignPainter {
       drawScale(this.pen, metres, isEverywhere, left, this.high - above);
     }
     if (signs.legend) {
-      const top = signs.place ? 66 : 8;
-      drawLegend(this.pen, signs.legend, isNarrow ? 8 : 14, isNarrow ? top + LEGEND.high : this.high - 14);
+      // Beneath the sentence about a place it is low, or it would cover the compass.
+      const isLow = isNarrow && Boolean(signs.place),
+        top = isNarrow ? (isLow ? 60 : 8) : this.high - 14 - LEGEND.high;
+      drawLegend(this.pen, signs.legend, isNarrow ? 8 : 14, top, isLow ? this.wide - 16 : null);
     }
   }
 

@@ -143,7 +143,7 @@ export class SunHours {
   /** The masks of all pixels, begun for the view. */
   #begin() {
     const { fine } = /** @type {{fine: SunMasks}} */ (this.masks);
-    if (this.begun !== this.key) fine.begin(window.devicePixelRatio || 1, this.#directions());
+    if (this.begun !== this.key) fine.begin(window.devicePixelRatio || 1, this.#directions(), this.wanted);
     this.begun = this.key;
     return fine;
   }
@@ -168,7 +168,7 @@ export class SunHours {
     const { fine } = this.masks;
     this.#halt();
     this.asked = this.begun = ""; // the picture's masks are not the page's
-    fine.begin(ratio, this.#directions());
+    fine.begin(ratio, this.#directions(), this.wanted);
     for (const k of this.wanted) fine.count(k);
     this.layer = this.#sum(fine, this.wanted);
     this.isWhole = true;

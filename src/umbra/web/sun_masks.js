@@ -5,7 +5,7 @@
 // is then one look at both bits, so that an interval can change without new volumes.
 
 import { findRectangles } from "./canvas.js";
-import { BITS, countGroups, FacingFaces } from "./facing.js";
+import { BITS, FacingFaces } from "./facing.js";
 import { CUT_INK, INK, SUM } from "./hour_shaders.js";
 import { CAP } from "./surface_shaders.js";
 import { findUniforms } from "./uniforms.js";
@@ -44,6 +44,11 @@ export class SunMasks {
     this.depth = null;
     /** which instants are counted */
     this.isCounted = new Uint8Array(0);
+    /** instants in the order of their bits, and the bit of each */
+    this.order = new Uint16Array(0);
+    this.bits = new Uint16Array(0);
+    /** of which masks it is known where faces are turned to their suns */
+    this.isFaced = new Uint8Array(0);
   }
 
   /** @param {WebGLRenderbuffer | null} depth */
@@ -69,8 +74,9 @@ export class SunMasks {
    * Begin with the renderer's views as they are now: draw depth, and forget all instants.
    * @param {number} ratio pixels in a CSS pixel
    * @param {Vec3[]} directions toward the suns of the instants
+   * @param {number[]} first instants that are summed soon: few masks hold them
    */
-  begin(ratio, directions) {
+  begin(ratio, directions, first = []) {
     const { renderer, device } = this,
       { gl } = device,
       { canvas, clip, ground } = renderer;
@@ -86,16 +92,15 @@ export class SunMasks {
       gl.renderbufferStorage(gl.RENDERBUFFER, gl.DEPTH32F_STENCIL8, width, height);
       this.sums = this.#makeTarget(this.depth);
     }
-    const groups = countGroups(directions.length);
+    const groups = Math.max(1, Math.ceil(directions.length / BITS));
+    this.order = Uint16Array.from(new Set([...first, ...directions.keys()]));
+    this.bits = new Uint16Array(directions.length);
+    this.order.forEach((k, bit) => (this.bits[k] = bit));
+    this.isFaced = new Uint8Array(groups);
     for (const targets of [this.masks, this.facing])
       while (targets.length < groups) targets.push(this.#makeTarget(this.depth));
     this.isCounted = new Uint8Array(directions.length);
     this.directions = directions;
-    gl.clearColor(0, 0, 0, 0);
-    for (const { frame } of this.facing) {
-      gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
-      gl.clear(gl.COLOR_BUFFER_BIT);
-    }
     this.#eachView((stage, sight, common) => {
       gl.bindFramebuffer(gl.FRAMEBUFFER, this.masks[0].frame);
       renderer.clear();
@@ -109,26 +114,43 @@ export class SunMasks {
       this.#drawGround(common, NO_INK);
       if (clip)
         renderer.passes.drawCaps(stage, common, clip, renderer.size, move(...renderer.model.bounds));
-      gl.depthMask(false);
-      gl.depthFunc(device.notFarther);
-      gl.enable(gl.STENCIL_TEST);
-      gl.stencilFunc(gl.EQUAL, 0, 255);
-      gl.stencilOp(gl.KEEP, gl.KEEP, gl.INCR); // the first of two faces that lie in one place
-      this.faces.list(renderer.model, stage.seen, directions);
-      for (let group = 0; group < groups; group++) {
-        gl.bindFramebuffer(gl.FRAMEBUFFER, this.facing[group].frame);
-        gl.clear(gl.STENCIL_BUFFER_BIT);
-        this.faces.draw(common, group);
-        // Suns are above: they reach a ground that is seen from above.
-        if (common.facing > 0) this.#drawGround(common, FULL_INK);
-      }
-      gl.stencilOp(gl.KEEP, gl.KEEP, gl.KEEP);
-      gl.disable(gl.STENCIL_TEST);
     });
+    gl.clearColor(0, 0, 0, 0);
     for (const { frame } of this.masks) {
       gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
       gl.clear(gl.COLOR_BUFFER_BIT);
     }
+  }
+
+  /**
+   * Find where faces are turned to the suns of a mask.
+   * @param {number} group
+   */
+  #face(group) {
+    const { device, renderer } = this,
+      { gl } = device,
+      suns = Array.from(this.order.subarray(BITS * group, BITS * (group + 1)), (k) => this.directions[k]);
+    this.isFaced[group] = 1;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.facing[group].frame);
+    gl.clearColor(0, 0, 0, 0);
+    gl.clear(gl.COLOR_BUFFER_BIT);
+    this.#eachView((stage, sight, common) => {
+      stage.look(sight, common.cutsInto, renderer.ground);
+      gl.disable(gl.BLEND);
+      gl.enable(gl.DEPTH_TEST);
+      gl.depthMask(false);
+      gl.depthFunc(device.notFarther);
+      gl.clear(gl.STENCIL_BUFFER_BIT);
+      gl.enable(gl.STENCIL_TEST);
+      gl.stencilFunc(gl.EQUAL, 0, 255);
+      gl.stencilOp(gl.KEEP, gl.KEEP, gl.INCR); // the first of two faces that lie in one place
+      this.faces.list(renderer.model, stage.seen, suns);
+      this.faces.draw(common);
+      // Suns are above: they reach a ground that is seen from above.
+      if (common.facing > 0) this.#drawGround(common, FULL_INK);
+      gl.stencilOp(gl.KEEP, gl.KEEP, gl.KEEP);
+      gl.disable(gl.STENCIL_TEST);
+    });
   }
 
   /**
@@ -168,11 +190,14 @@ export class SunMasks {
     const { renderer, device } = this,
       { gl } = device,
       { ground, clip } = renderer;
-    const fill = [0, 0, 0, 0];
-    fill[(k % BITS) >> 3] = 2 ** (k % 8) / 255;
-    gl.bindFramebuffer(gl.FRAMEBUFFER, this.masks[Math.floor(k / BITS)].frame);
+    const fill = [0, 0, 0, 0],
+      bit = this.bits[k],
+      group = Math.floor(bit / BITS);
+    fill[(bit % BITS) >> 3] = 2 ** (bit % 8) / 255;
     gl.clearStencil(0);
     gl.stencilMask(255);
+    if (!this.isFaced[group]) this.#face(group);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.masks[group].frame);
     this.#eachView((stage, sight, common) => {
       gl.clear(gl.STENCIL_BUFFER_BIT);
       gl.enable(gl.DEPTH_TEST);
@@ -214,8 +239,9 @@ export class SunMasks {
     gl.drawArrays(gl.TRIANGLES, 0, 3);
     this.masks.forEach(({ texture }, group) => {
       const wanted = instants
-        .filter((k) => Math.floor(k / BITS) === group)
-        .reduce((bits, k) => bits | (1 << (k % BITS)), 0);
+        .map((k) => this.bits[k])
+        .filter((bit) => Math.floor(bit / BITS) === group)
+        .reduce((bits, bit) => bits | (1 << (bit % BITS)), 0);
       if (!wanted) return;
       gl.activeTexture(gl.TEXTURE1);
       gl.bindTexture(gl.TEXTURE_2D, this.facing[group].texture);

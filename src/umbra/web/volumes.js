@@ -110,6 +110,8 @@ export class Volumes {
     /** What each adds with the light at its front, and at its back. */
     this.front = new Int8Array(model.faceCount);
     this.back = new Int8Array(model.faceCount);
+    /** And with it at the front, where the land is seen from above. */
+    this.frontOverLand = new Int8Array(model.faceCount);
     this.cases = new Uint8Array(model.shellCount);
     /** Those of the last listing, and where in it each shell's sides and dark caps are. */
     this.lastCases = new Uint8Array(model.shellCount);
@@ -119,6 +121,9 @@ export class Volumes {
     this.isChanged = new Uint8Array(model.shellCount).fill(1);
     this.isFlat = false;
     this.floor = -Infinity;
+    /** @type {import('./assumed_ground.js').AssumedGround | null} if all of it casts and is drawn */
+    this.land = null;
+    this.isOverLand = false;
     /** The last view, and the shells out of it. */
     this.sight = /** @type {Sight | null} */ (null);
     this.unseen = new Uint8Array(0);
@@ -152,9 +157,13 @@ export class Volumes {
       else isAllCasting[faceComponent[f]] = 0;
     }
     this.isClosed = isClosed.map((is, k) => is & (isAllCasting[k] | (~hasCaster[k] & 1)));
+    const land = this.model.findAssumedGround();
+    const isWhole = land?.isPart.every((is, k) => !is || (this.isCasting[k] && !this.isHidden[k]));
+    this.land = isWhole ? land : null;
     for (let f = 0; f < faceCount; f++) {
       this.front[f] = this.isCasting[facePart[f]];
       this.back[f] = this.isClosed[faceComponent[f]] ? 0 : -this.front[f];
+      this.frontOverLand[f] = this.land?.isPart[facePart[f]] ? 0 : this.front[f];
     }
     for (let shell = 0; shell < shellCount; shell++) {
       this.casts[shell] = 0;
@@ -168,10 +177,12 @@ export class Volumes {
    * Find what each face adds: 1 with the light at its front, and -1 at its back if both sides count.
    * @param {ArrayLike<number>} light homogeneous
    * @param {Uint8Array | null} opened components that follow the open rule for this light
+   * @param {boolean} isOverLand whether the land is seen from above: its lit faces add nothing then
    */
-  setLight(light, opened) {
+  setLight(light, opened, isOverLand) {
     const { faceCount: n, faceComponent, faceStarts, planes, shellCount } = this.model;
-    const { adds, front, isChanged, side } = this;
+    const { adds, isChanged, side } = this;
+    const front = isOverLand ? this.frontOverLand : this.front;
     const back = opened
       ? this.back.map((own, f) => (opened[faceComponent[f]] ? -front[f] : own))
       : this.back;
@@ -191,6 +202,8 @@ export class Volumes {
       }
       if (changes) isChanged[shell] = 1;
     }
+    if (isOverLand || this.isOverLand) isChanged.fill(1); // other sides are beneath it
+    this.isOverLand = isOverLand;
   }
 
   /**
@@ -212,6 +225,8 @@ export class Volumes {
     if (isFlat !== this.isFlat || thrown.floor !== this.floor) isChanged.fill(1);
     this.isFlat = isFlat;
     this.floor = thrown.floor;
+    const land = this.isOverLand && !thrown.light[3] && thrown.light[2] > 0 ? this.land : null;
+    land?.exits.find(thrown.light, this.side);
     let [casters, behind] = [0, 0];
     for (let shell = 0; shell < model.shellCount; shell++) {
       const kind = cases[shell];
@@ -222,7 +237,8 @@ export class Volumes {
       const at = wound.size;
       if (kind === lastCases[shell] && !isChanged[shell]) wound.keep(first[shell], end[shell]);
       else {
-        this.addSides(shell, wound, isFlat, kind === Z_PASS ? thrown.floor : -Infinity);
+        if (kind === Z_PASS) this.addSides(shell, wound, isFlat, thrown.floor, land);
+        else this.addSides(shell, wound, isFlat, -Infinity, null);
         if (kind !== Z_PASS && !isFlat) this.addDarkCaps(shell, wound);
       }
       first[shell] = at;
@@ -246,16 +262,17 @@ export class Volumes {
    * @param {List} list
    * @param {boolean} isFlat whether all far ends are one point: a triangle is the whole side
    * @param {number} floor z: triangles up to there are left out, as they are before nothing
+   * @param {import('./assumed_ground.js').AssumedGround | null} land sides beneath it are left out
    */
-  addSides(shell, list, isFlat, floor) {
+  addSides(shell, list, isFlat, floor, land) {
     const { edgeStarts, edgeA, edgeB, edgeTurn, edgeFrom, edgeTo, places } = this.model;
-    const { adds } = this;
+    const { adds, side } = this;
     const [first, end] = [edgeStarts[shell], edgeStarts[shell + 1]];
     const data = list.reserve(12 * (end - first));
     let n = list.size;
     for (let i = first; i < end; i++) {
       const times = adds[edgeA[i]] + edgeTurn[i] * adds[edgeB[i]];
-      if (times === 0) continue;
+      if (times === 0 || land?.buries(i, side)) continue;
       const from = 2 * (times > 0 ? edgeFrom[i] : edgeTo[i]);
       const to = 2 * (times > 0 ? edgeTo[i] : edgeFrom[i]);
       const isLow = places[1.5 * from + 2] <= floor;

@@ -23,7 +23,7 @@ from umbra.methods import Softness
 from umbra.rays import VisibleSurface
 from umbra.rays.depth import GROUND, DepthBuffer
 from umbra.scene import Camera, Light, Scene
-from umbra.scene.camera import GROUND_COLOR, Sky, choose_sky
+from umbra.scene.exposure import GROUND_COLOR, Sky, choose_sky
 from umbra.scene.pale import PALENESS, PAPER, choose_pale_sky, expose_suns, make_pale
 from umbra.soft import find_method
 from umbra.window.daylight import Suns
@@ -181,14 +181,14 @@ class ViewPainter:
         statistics = {} if is_apart else dict(zip(shining, self.renderer.statistics, strict=True))
         suns = view.profile_suns() if view.overlays & {"profile", "relief"} else None
         if suns is not None and "profile" in view.overlays:
-            with self.renderer._timed("profile"), State(self.device) as state:
+            with self.renderer.time_pass("profile"), State(self.device) as state:
                 self.profile.draw_hours(state, suns)
         highest, shown = 0, view.overlays if view.chosen in shining else frozenset()
         if shown:
-            with self.renderer._timed("overlays"):
+            with self.renderer.time_pass("overlays"):
                 highest = self._draw_overlays(view, shrink)
         if suns is not None and "relief" in view.overlays:
-            with self.renderer._timed("relief"):
+            with self.renderer.time_pass("relief"):
                 self._draw_relief(view, suns)
         self.device.gl.Finish()
         self.device.check("a view was drawn")

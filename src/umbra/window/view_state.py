@@ -16,7 +16,7 @@ from umbra.errors import InputError
 from umbra.methods import MASK_FILTERS, MASK_SCALES, Softness
 from umbra.methods import SOFT as METHODS_OF_SOFT
 from umbra.scene import Camera, Light, Scene
-from umbra.scene.camera import expose_lights
+from umbra.scene.exposure import expose_lights
 from umbra.soft import SUN_RADIUS, AreaLight, ball_light
 from umbra.sun import Site
 from umbra.window.daylight import ProfilePeriod, Sun, Suns, find_daily_suns

@@ -86,7 +86,8 @@ def find_room(paper: str = "a3", *, has_row: bool = True) -> Size:
     """Return the width and height that plan and elevations have together [inch]."""
     (wide, high), larger = PAPERS[paper], find_type(PAPERS[paper][1])
     row = find_moment_height(high) if has_row else 0.0
-    return wide - 2 * MARGIN - BLOCK * larger - 2 * GAP, high - 2 * MARGIN - FOOT * larger - row
+    column = BLOCK * larger + AXIS * (larger - 1)  # what larger type takes of the axis' place
+    return wide - 2 * MARGIN - column - 2 * GAP, high - 2 * MARGIN - FOOT * larger - row
 
 
 def find_free(scale: int, elevations: Sequence[Size], paper: str, *, has_row: bool = True) -> Size:
@@ -158,7 +159,8 @@ def make_elevations_sheet(
     """
     content = content or SheetContent()
     width, height = (to_pixels(side) for side in PAPERS[arrangement.paper])
-    larger, leaf, first = find_type(height), Leaf(width, height), maps[0][1]
+    larger, first = find_type(height), maps[0][1]
+    leaf = Leaf(width, height, larger)
     block, foot = BLOCK * larger, FOOT * larger
     scale = f"1:{arrangement.scale:,}".replace(",", "\u2009")
     panels = _place_panels(leaf, arrangement, maps, content.offset)
@@ -173,11 +175,12 @@ def make_elevations_sheet(
         _draw_axes(panel, is_turned=k in _TURNED)
     key_x, bottom = width - MARGIN - block, MARGIN + foot
     top = draw_block(panels[0], (key_x, height - MARGIN, block), content.logo, scale, larger)
-    draw_scale_bar(panels[0], key_x, top - 0.36, block - 0.8)
-    draw_north(panels[0], key_x + block - 0.22, top - 0.42)
+    draw_scale_bar(panels[0], key_x, top - 0.36 * larger, block - 0.8 * larger)
+    draw_north(panels[0], key_x + block - 0.22 * larger, top - 0.42 * larger)
     rose = draw_sun_path(panels[0], content.sun, (key_x, MARGIN + 0.1, block), larger)
-    low = MARGIN + rose + 0.3
-    sheet = Sheet.of_panels(panels, (key_x, low, KEY_WIDTH, top - 0.7 - low))
+    low = MARGIN + rose + 0.3 * larger
+    high = top - 0.7 * larger - low
+    sheet = Sheet.of_panels(panels, (key_x, low, KEY_WIDTH * larger, high))
     if max_hours > 0:
         swatches = [
             *list_dark([day for _, _, day in maps]),
@@ -231,7 +234,7 @@ def _place_panels(
     beside, below = (sum(heights[k] + CAPTION + GAP for k in panels) for panels in ((2, 4), (1, 3)))
     gap_x = GAP + max(0.0, room[0] - AXIS - wide - beside) / 2
     gap_y = GAP + max(0.0, room[1] - CAPTION - high - below) / 2
-    left = MARGIN + AXIS
+    left = MARGIN + AXIS * leaf.larger
     # An elevation of more than the plan shows stands in its middle.
     spare = [
         max(0.0, sizes[0][k] - max(sizes[own][0] for own in pair)) / 2
@@ -288,14 +291,17 @@ def _draw_axes(panel: Panel, *, is_turned: bool) -> None:
     """Draw the frame, and heights or northings along it; heights of a turned one below it."""
     x0, x1, y0, y1 = panel.plan.extent
     _, _, w, h = panel.map_box
+    larger = panel.leaf.larger
+    size = SMALL * larger
     if is_turned:
-        across = find_ticks(x0, x1, w, lambda label: measure_text(label, SMALL) + 0.12)
+        room = 0.12 * larger
+        across = find_ticks(x0, x1, w, lambda label: measure_text(label, size) + room)
         across = [(at, label.removeprefix("\u2212")) for at, label in across]
         draw_frame(replace(panel, plan=replace(panel.plan, axes=("", ""))), across, [], 0)
         return
-    ticks = find_ticks(y0, y1, h, lambda _: min(0.55, max(0.2, h / 4)))
+    ticks = find_ticks(y0, y1, h, lambda _: min(0.55 * larger, max(0.2 * larger, h / 4)))
     panel = replace(panel, plan=replace(panel.plan, axes=("", panel.plan.axes[1])))
-    draw_frame(panel, [], ticks, max((measure_text(label, SMALL) for _, label in ticks), default=0))
+    draw_frame(panel, [], ticks, max((measure_text(label, size) for _, label in ticks), default=0))
 
 
 def find_pixel_side(arrangement: Arrangement) -> float:

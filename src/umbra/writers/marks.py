@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from umbra.writers.sheet import Sheet
 
 __all__ = [
+    "KEY_TITLE",
     "Swatch",
     "draw_color_bar",
     "draw_frame",
@@ -33,22 +34,26 @@ DENSEST = 0.05  # between ticks [inch]
 def draw_frame(panel: Panel, x_ticks: Ticks, y_ticks: Ticks, label_width: float) -> None:
     """Draw the map's outline, ticks with coordinates, and the axes' names and unit."""
     x, y, w, h = panel.map_box
+    larger = panel.leaf.larger
+    small, tick = SMALL * larger, 0.045 * larger
     px = 0.5 / DOTS_PER_INCH
     panel.rule([_find_corners(x - px, y - px, w + 2 * px, h + 2 * px, 5)], RULE, 0.6)
     x0, _, y0, _ = panel.plan.extent
-    across = [panel.place((tick, y0))[0] for tick, _ in x_ticks]
-    up = [panel.place((x0, tick))[1] for tick, _ in y_ticks]
-    panel.rule([[(at, y - 0.045), (at, y)] for at in across], RULE)
-    panel.rule([[(x - 0.045, at), (x, at)] for at in up], RULE)
+    across = [panel.place((at, y0))[0] for at, _ in x_ticks]
+    up = [panel.place((x0, at))[1] for at, _ in y_ticks]
+    panel.rule([[(at, y - tick), (at, y)] for at in across], RULE)
+    panel.rule([[(x - tick, at), (x, at)] for at in up], RULE)
+    below, aside = y - 0.075 * larger, x - 0.08 * larger
     for at, (_, label) in zip(across, x_ticks, strict=True):
-        panel.write(at, y - 0.075, label, color=QUIET, ha="center", va="top")
+        panel.write(at, below, label, small, color=QUIET, ha="center", va="top")
     for at, (_, label) in zip(up, y_ticks, strict=True):
-        panel.write(x - 0.08, at, label, color=QUIET, ha="right", va="center_baseline")
+        panel.write(aside, at, label, small, color=QUIET, ha="right", va="center_baseline")
     if not x_ticks and not y_ticks:
         return
-    panel.write(x + w / 2, y - 0.25, panel.plan.axes[0], color=QUIET, ha="center", va="top")
+    name_x, name_y = panel.plan.axes
+    panel.write(x + w / 2, y - 0.25 * larger, name_x, small, color=QUIET, ha="center", va="top")
     panel.write(
-        x - 0.15 - label_width, y + h / 2, panel.plan.axes[1], color=QUIET, ha="right",
+        x - 0.15 * larger - label_width, y + h / 2, name_y, small, color=QUIET, ha="right",
         va="center", rotation=90,
     )  # fmt: skip
 
@@ -99,13 +104,14 @@ def draw_scale_bar(panel: Panel, x: float, y: float, longest: float, *, zero: st
     x0, x1, _, _ = panel.plan.extent
     per_metre = panel.map_box[2] / (x1 - x0)
     length = find_round(longest / per_metre)
-    half, thick = length * per_metre / 2, 0.06
+    larger = panel.leaf.larger
+    half, thick, above = length * per_metre / 2, 0.06 * larger, 0.12 * larger
     halves = [_find_corners(x + n * half, y, half, thick) for n in (0, 1)]
     panel.fill(halves, [INK, "white"])
     unit, factor = ("km", 1e-3) if length >= 2000 else ("m", 1.0)
-    panel.write(x, y + thick + 0.06, "0", ha=zero)
+    panel.write(x, y + above, "0", SMALL * larger, ha=zero)
     end = f"{length * factor:g}{THIN_SPACE}{unit}"
-    panel.write(x + 2 * half, y + thick + 0.06, end, ha="center")
+    panel.write(x + 2 * half, y + above, end, SMALL * larger, ha="center")
 
 
 def draw_north(panel: Panel, x: float, y: float) -> None:
@@ -116,14 +122,20 @@ def draw_north(panel: Panel, x: float, y: float) -> None:
     up = np.array([math.sin(angle), math.cos(angle)])
     side = np.array([up[1], -up[0]])
     lie = np.array([1.0, panel.plan.upward])  # flat on the ground, as the view sees it
-    tip, tail, notch = 0.2 * up, -0.2 * up, -0.11 * up
+    larger = panel.leaf.larger
+    tip, tail, notch = 0.2 * larger * up, -0.2 * larger * up, -0.11 * larger * up
     centre = np.array([x, y])
-    halves = [centre + np.array([tip, tail + s * 0.11 * side, notch]) * lie for s in (-1, 1)]
+    halves = [
+        centre + np.array([tip, tail + s * 0.11 * larger * side, notch]) * lie for s in (-1, 1)
+    ]
     panel.fill(halves, [INK, "white"], width=0.7)
-    letter = centre + 0.2 * up * lie + 0.09 * up
-    panel.write(letter[0], letter[1], "N", 8.5, weight="bold", ha="center", va="center_baseline")
+    letter = centre + larger * (0.2 * up * lie + 0.09 * up)
+    panel.write(
+        letter[0], letter[1], "N", 8.5 * larger, weight="bold", ha="center", va="center_baseline"
+    )
 
 
+KEY_TITLE = 8.0  # [point]
 THICK = 0.2  # of a bar [inch]
 PITCH = 0.2  # from swatch to swatch below a bar [inch]
 
@@ -139,17 +151,23 @@ class Swatch:
 
     def draw(self, sheet: "Sheet", x: float, y: float, width: float) -> float:
         """Draw it and its label from a lower left corner, the label broken; return the height."""
-        artist = sheet.fill([_find_corners(x, y, 0.22, 0.14)], self.face, self.edge)
+        larger = sheet.leaf.larger
+        box = _find_corners(x, y, 0.22 * larger, 0.14 * larger)
+        artist = sheet.fill([box], self.face, self.edge)
         if self.hatch:
             artist.set_hatch(self.hatch)
-        lines = wrap(self.label, SMALL, width - 0.29)
+        lines = self._wrap(width, larger)
         for n, line in enumerate(lines):
-            sheet.write(x + 0.29, y + 0.07 - 0.14 * n, line, SMALL, va="center_baseline")
-        return PITCH + 0.14 * (len(lines) - 1)
+            at = y + (0.07 - 0.14 * n) * larger
+            sheet.write(x + 0.29 * larger, at, line, SMALL * larger, va="center_baseline")
+        return self.measure(width, larger)
 
-    def measure(self, width: float) -> float:
-        """Return the height that ``draw`` takes."""
-        return PITCH + 0.14 * (len(wrap(self.label, SMALL, width - 0.29)) - 1)
+    def measure(self, width: float, larger: float = 1.0) -> float:
+        """Return the height that ``draw`` takes, with type larger than in most pictures."""
+        return (PITCH + 0.14 * (len(self._wrap(width, larger)) - 1)) * larger
+
+    def _wrap(self, width: float, larger: float) -> list[str]:
+        return wrap(self.label, SMALL * larger, width - 0.29 * larger)
 
 
 def draw_color_bar(
@@ -168,14 +186,17 @@ def draw_color_bar(
     follow below the bar, or beside its title.
     """
     x, _, w, h = sheet.key_box
+    larger = sheet.leaf.larger
+    small, tick = SMALL * larger, 0.04 * larger
     top = _draw_title(sheet, title, remark, swatches)
     if sheet.is_wide:
-        length, thick = w, 0.15
-        y = top - 0.17 - thick
+        length, thick = w, 0.15 * larger
+        y = top - 0.17 * larger - thick
     else:
-        below = sum(swatch.measure(w) for swatch in swatches)
-        length = min(h - 0.155 * len(title) - (0.4 if remark else 0.15) - below, 3.6)
-        y, thick = top - 0.1 - length, THICK
+        below = sum(swatch.measure(w, larger) for swatch in swatches)
+        words = (0.155 * len(title) + (0.4 if remark else 0.15)) * larger
+        length = min(h - words - below, 3.6 * larger)
+        y, thick = top - 0.1 * larger - length, THICK * larger
         _draw_foot(sheet, y, remark, swatches)
     pixels = round(length * DOTS_PER_INCH)
     length, width = pixels / DOTS_PER_INCH, round(thick * DOTS_PER_INCH)
@@ -188,11 +209,14 @@ def draw_color_bar(
     for position, label in ticks:
         at = position * length
         if sheet.is_wide:
-            sheet.rule([[(x + at, y - 0.04), (x + at, y)]], RULE)
-            sheet.write(x + at, y - 0.065, label, SMALL, color=INK, ha="center", va="top")
+            sheet.rule([[(x + at, y - tick), (x + at, y)]], RULE)
+            low = y - 0.065 * larger
+            sheet.write(x + at, low, label, small, color=INK, ha="center", va="top")
         else:
-            sheet.rule([[(x + thick, y + at), (x + thick + 0.04, y + at)]], RULE)
-            sheet.write(x + thick + 0.09, y + at, label, SMALL, color=INK, va="center_baseline")
+            right = x + thick
+            sheet.rule([[(right, y + at), (right + tick, y + at)]], RULE)
+            right += 0.09 * larger
+            sheet.write(right, y + at, label, small, color=INK, va="center_baseline")
 
 
 def draw_swatches(
@@ -232,14 +256,14 @@ def draw_swatches(
 def _draw_title(sheet: "Sheet", title: list[str], remark: str, swatches: Sequence[Swatch]) -> float:
     """Write a key's title, with all other text beside it if wide; return its lower end."""
     x, y, _, h = sheet.key_box
-    top = y + h
+    top, larger = y + h, sheet.leaf.larger
     if not sheet.is_wide:
         for n, line in enumerate(title):
-            sheet.write(x, top - 0.12 - 0.155 * n, line, 8.0)
-        return top - 0.155 * len(title)
+            sheet.write(x, top - (0.12 + 0.155 * n) * larger, line, KEY_TITLE * larger)
+        return top - 0.155 * len(title) * larger
     heading = " ".join(title) + (f", {remark}" if remark else "")
-    sheet.write(x, top - 0.1, heading, 8.0)
-    at = x + measure_text(heading, 8.0) + 0.35
+    sheet.write(x, top - 0.1, heading, KEY_TITLE)
+    at = x + measure_text(heading, KEY_TITLE) + 0.35
     for swatch in swatches:
         swatch.draw(sheet, at, top - 0.12, 9.0)
         at += measure_text(swatch.label, SMALL) + 0.29 + 0.3
@@ -249,8 +273,9 @@ def _draw_title(sheet: "Sheet", title: list[str], remark: str, swatches: Sequenc
 def _draw_foot(sheet: "Sheet", y: float, remark: str, swatches: Sequence[Swatch]) -> None:
     """Write all other text below a high key."""
     x, _, w, _ = sheet.key_box
+    larger = sheet.leaf.larger
     if remark:
-        sheet.write(x, y - 0.24, remark, SMALL - 0.5, color=QUIET)
-    at = y - (0.55 if remark else 0.32)
+        sheet.write(x, y - 0.24 * larger, remark, (SMALL - 0.5) * larger, color=QUIET)
+    at = y - (0.55 if remark else 0.32) * larger
     for swatch in swatches:
         at -= swatch.draw(sheet, x, at, w)

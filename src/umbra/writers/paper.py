@@ -38,6 +38,7 @@ from numpy.typing import ArrayLike, NDArray
 from umbra.writers.picture_content import DOTS_PER_INCH, Plan
 from umbra.writers.pixels import write_png
 from umbra.writers.typeface import FACE, find_families
+from umbra.writers.units import keep_units
 
 __all__ = [
     "INK",
@@ -113,13 +114,18 @@ def load_fonts() -> None:
 
 
 def wrap(text: str, size: float, width: float, weight: str = "normal") -> list[str]:
-    """Break a text into lines no wider than ``width`` [inch]: between its parts if it can be."""
+    """
+    Break a text into lines no wider than ``width`` [inch]: between its parts if it can be.
+
+    No line ends between a number and its unit.
+    """
     lines: list[str] = []
     for line, length in _join(text.split(" · "), " · ", size, width, weight):
         if length <= width:
             lines.append(line)
         else:
-            lines += [piece for piece, _ in _join(line.split(" "), " ", size, width, weight)]
+            pieces = _join(keep_units(line).split(" "), " ", size, width, weight)
+            lines += [piece.replace("\N{NO-BREAK SPACE}", " ") for piece, _ in pieces]
     return [line for line in lines if line]
 
 
@@ -191,11 +197,13 @@ class Leaf(Artist):
     ----------
     width, height : float
         Inches.
+    larger : float
+        How much larger the type of axes and keys is than in most pictures.
     """
 
-    def __init__(self, width: float, height: float) -> None:
+    def __init__(self, width: float, height: float, larger: float = 1.0) -> None:
         super().__init__()
-        self.width, self.height = width, height
+        self.width, self.height, self.larger = width, height, larger
         self.artists: list[Artist] = []
         self.dpi: float = DOTS_PER_INCH
         self.dpi_scale_trans = Affine2D().scale(self.dpi)

@@ -18,7 +18,7 @@ from umbra.gl.resources import Indices, TextureBuffer
 from umbra.gl.state import Pass, State, Stencil
 from umbra.gl.volume_plan import LIGHT_CAP, Z_FAIL, Z_PASS, VolumePlan
 from umbra.scene import Scene
-from umbra.scene.camera import AMBIENT
+from umbra.scene.exposure import AMBIENT
 
 __all__ = ["Forward", "Look", "MaskPainter", "Tally"]
 

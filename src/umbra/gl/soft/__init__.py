@@ -53,7 +53,7 @@ class SampledShadows(Visibility):
         self._each = samples
         # Points' ranges differ; only that of the light's centre limits the light. A face turned
         # from a point may look to the centre: its count must not be cut short.
-        self._choices = replace(choices or VolumeOptions(), narrow=False, detail=0.0, shorten=False)
+        self._choices = replace(choices or VolumeOptions(), narrow=False).keep_exact()
         self._planner = planner.twin()
         self._counter = VolumeCounter(planner.device, planner.geometry, self._planner.indices)
         self._stack = Stack(planner.device)
@@ -102,11 +102,6 @@ class SampledShadows(Visibility):
         self._planner.release()
 
 
-def _keep_exact(choices: VolumeOptions | None) -> VolumeOptions:
-    """Leave out what changes counts."""
-    return replace(choices or VolumeOptions(), detail=0.0, shorten=False)
-
-
 class SoftLights:
     """Area lights of a picture by number, and the method that draws their visibility."""
 
@@ -139,7 +134,7 @@ class SoftMethods:
     ) -> None:
         self._planner, self._counter = planner, counter
         self._softness = softness or Softness()
-        self._choices = _keep_exact(choices)
+        self._choices = (choices or VolumeOptions()).keep_exact()
         self._made: dict[str, Visibility] = {}
 
     def take_turn(self, turn: int, turns: int) -> None:
@@ -155,9 +150,9 @@ class SoftMethods:
 
     def permit(self, choices: VolumeOptions | None) -> None:
         """Set the permitted simplifications; methods with others are made again."""
-        if _keep_exact(choices) != self._choices:
+        if (choices or VolumeOptions()).keep_exact() != self._choices:
             self.release()
-        self._choices = _keep_exact(choices)
+        self._choices = (choices or VolumeOptions()).keep_exact()
 
     def select(self, lights: Sequence[Light | AreaLight], name: str) -> SoftLights:
         """Find the area lights, and choose their method; raises as ``choose``."""

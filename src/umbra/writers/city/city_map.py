@@ -8,13 +8,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.scene.grid import Grid
 from umbra.scene.named_places import Area
 from umbra.verdicts.outcome import FAIL, PASS, UNKNOWN
 from umbra.writers.city.city_plan import CityPlan
-from umbra.writers.city.overview import shrink_hours
+from umbra.writers.city.finer_squares import count_finer_squares
+from umbra.writers.city.overview import find_squares, shrink_hours
 from umbra.writers.city.store_window import StoredTile
 from umbra.writers.folder.captions import find_mean, outline_areas
-from umbra.writers.folder.foot import tell_own_steps
+from umbra.writers.folder.foot import tell_steps
 from umbra.writers.picture_content import MISSING
 from umbra.writers.pixels import NO_SUN, paint_shares, shade_ramp, write_png
 from umbra.writers.proof.drawing import COLORS
@@ -44,11 +46,15 @@ def make_city_map(plan: CityPlan, areas: Sequence[Area], verdicts: Mapping[str, 
     verdicts : mapping of str to str
         Verdict on each area that was judged, by name.
     """
-    hours, roofs, held = _read(plan, areas)
+    hours, roofs, held, squares = _read(plan, areas)
+    finer = count_finer_squares(plan, squares, hours)
+    up_hours = plan.result.up_hours
+    if finer is not None:
+        hours, up_hours = finer.refine(hours, finer.shadow_hours), finer.up_hours
     west, south, east, north = _find_frame(areas) or held
     divisor, words = find_mean(plan.study, plan.job.options)
     most = plan.result.up_hours / divisor
-    png = _paint(hours / np.float32(divisor), roofs, most)
+    png = _paint(hours / np.float32(divisor), roofs, most, up_hours / divisor)
     wide, high = east - west, north - south
     shapes = _draw_areas(areas, verdicts, (west, north), (wide, high))
     # Areas may lie beyond the plan: the raster is then a part of the map.
@@ -62,15 +68,23 @@ def make_city_map(plan: CityPlan, areas: Sequence[Area], verdicts: Mapping[str, 
         f'named areas by verdict"><image href="{make_address(png)}" {place} '
         f'preserveAspectRatio="none" class="pixels"/>{shapes}{_draw_scale(wide, high)}</svg>'
     )
-    steps = "" if plan.job.options.exact else tell_own_steps(plan.study, plan.job.options)
-    key = _make_key(most, words, {verdicts.get(one.name, "") for one in areas}, steps)
+    options = plan.job.options
+    steps = "" if options.exact else tell_steps(plan.study, options, finer)
+    nothing = ""
+    if (np.isnan(hours) if roofs is None else np.isnan(hours) & (roofs <= 0)).any():
+        nothing = plan.context.kind.nothing
+    told = {verdicts.get(one.name, "") for one in areas}
+    key = _make_key(most, words, told, steps, nothing)
     return f"{key}{svg}"
+
+
+_Rectangle = tuple[float, float, float, float]
 
 
 def _read(
     plan: CityPlan, areas: Sequence[Area]
-) -> tuple[NDArray[np.float32], NDArray[np.float32] | None, tuple[float, float, float, float]]:
-    """Return hours in shadow, roofs, and the rectangle that they fill [m]."""
+) -> tuple[NDArray[np.float32], NDArray[np.float32] | None, _Rectangle, Grid]:
+    """Return hours in shadow, roofs, the rectangle that they fill [m], and its cells."""
     result = plan.result
     (dx, dy), (x0, y0, *_) = result.cell, result.extent
     rows, cols = slice(0, len(result.y)), slice(0, len(result.x))
@@ -84,13 +98,15 @@ def _read(
         roofs = plan.find_roofs(window).astype(np.float32) if plan.has_roofs else None
         held = (x0 + cols.start * dx, y0 + rows.start * dy,
                 x0 + cols.stop * dx, y0 + rows.stop * dy)  # fmt: skip
-        return result.read("shadow_hours", window), roofs, held
+        hours = result.read("shadow_hours", window)
+        return hours, roofs, held, plan.lattice.grid.part(rows, cols)
     hours, times, roofs = shrink_hours(result, plan=plan)
     height, width = hours.shape
-    return hours, roofs, (x0, y0, x0 + width * times * dx, y0 + height * times * dy)
+    held = x0, y0, x0 + width * times * dx, y0 + height * times * dy
+    return hours, roofs, held, find_squares(plan.lattice.grid, times)
 
 
-def _find_frame(areas: Sequence[Area]) -> tuple[float, float, float, float] | None:
+def _find_frame(areas: Sequence[Area]) -> _Rectangle | None:
     """Return the rectangle of all areas and what is around them [m]; None without areas."""
     if not areas:
         return None
@@ -107,10 +123,12 @@ def _cut(low: float, high: float, side: float, count: int) -> slice:
     return slice(first, stop)
 
 
-def _paint(hours: NDArray[np.float32], roofs: NDArray[np.float32] | None, most: float) -> bytes:
+def _paint(
+    hours: NDArray[np.float32], roofs: NDArray[np.float32] | None, most: float, dark_from: float
+) -> bytes:
     """Return the map's pixels as PNG, north on top."""
     image = paint_shares(np.nan_to_num(hours) / max(most, 1e-9))
-    image[hours >= most - 1e-3] = NO_SUN
+    image[hours >= dark_from - 1e-3] = NO_SUN
     image[np.isnan(hours)] = MISSING
     if roofs is not None:
         image[roofs > 0] = _ROOF
@@ -169,25 +187,32 @@ def _draw_scale(wide: float, high: float) -> str:
     )
 
 
-def _make_key(most: float, words: str, verdicts: set[str], steps: str) -> str:
+def _make_key(most: float, words: str, verdicts: set[str], steps: str, nothing: str) -> str:
     """Return the key of the colours, and from what steps of the sun their hours are."""
     file = io.BytesIO()
     ramp = np.rint(shade_ramp(128)[::-1] * 255).astype(np.uint8)
     write_png(file, np.ascontiguousarray(ramp[None]))
-    dark = ", ".join(f"{round(255 * part)}" for part in NO_SUN)
-    roof = ", ".join(f"{round(255 * part)}" for part in _ROOF)
     told: dict[str, Any] = {PASS: "pass", FAIL: "fail", UNKNOWN: "unknown", "": "not judged"}
     marks = "".join(
         f'<span class="mark {word}"><svg viewBox="0 0 14 12"><rect x="1" y="1" width="12" '
         f'height="10" fill="none" stroke="{COLORS[word]}" stroke-width="2.5"/></svg>{name}</span>'
         for word, name in told.items() if word in verdicts
     )  # fmt: skip
+    tints = [("no sun", NO_SUN), ("buildings", _ROOF)]
+    tints += [(nothing, (MISSING,) * 3)] * bool(nothing)
+    swatches = "".join(_make_swatch(name, color) for name, color in tints)
     return (
         f'<div class="bar over"><div class="key"><span>hours of sun{escape(words)}: 0 h</span>'
         f'<img id="ramp" src="{make_address(file.getvalue())}" alt=""><span>{most:.3g} h</span>'
-        f'<span class="no-sun"><svg viewBox="0 0 14 12"><rect width="14" height="12" '
-        f'fill="rgb({dark})"/></svg>no sun</span><span class="no-sun"><svg viewBox="0 0 14 12">'
-        f'<rect width="14" height="12" fill="rgb({roof})"/></svg>buildings</span>{marks}'
-        f'<span class="quiet">{f"sun {steps}" if steps else ""}</span>'
+        f'{swatches}{marks}<span class="quiet">{f"sun {steps}" if steps else ""}</span>'
         "</div></div>"
+    )
+
+
+def _make_swatch(name: str, color: Sequence[float]) -> str:
+    """Return a colour and its name."""
+    tint = ", ".join(f"{round(255 * part)}" for part in color)
+    return (
+        f'<span class="no-sun"><svg viewBox="0 0 14 12"><rect width="14" height="12" '
+        f'fill="rgb({tint})"/></svg>{escape(name)}</span>'
     )

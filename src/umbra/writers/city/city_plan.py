@@ -14,8 +14,9 @@ from umbra.scene import Scene, Triangles
 from umbra.scene.grid import Grid
 from umbra.scene.mesh import ADDED_GROUND
 from umbra.study import Study
+from umbra.study.finer import FinerSteps
 from umbra.tiles.city_areas import list_judged
-from umbra.tiles.city_lattice import CityTile
+from umbra.tiles.city_lattice import CityTile, Lattice
 from umbra.tiles.city_proposal import find_proposal
 from umbra.tiles.job import CityJob, WorkerContext, read_job
 from umbra.tiles.neighbourhood import Neighbourhood
@@ -64,11 +65,10 @@ class CityPlan:
         """The study, of whose receivers only the cells are known."""
         result, context, kind = self.result, self.context, self.context.kind
         assert isinstance(kind, PlanKind)
-        assert self.job.lattice is not None
         nothing: Any = None
         laid = PlanRaster(
             kind, nothing, (len(result.y), len(result.x)), ("y", "x"), math.prod(result.cell), {},
-            x=result.x, y=result.y, ground=self.job.frame.ground, grid=self.job.lattice.grid,
+            x=result.x, y=result.y, ground=self.job.frame.ground, grid=self.lattice.grid,
             assumed=None,
         )  # fmt: skip
         hours = np.zeros((1, 1), np.float32)
@@ -78,8 +78,18 @@ class CityPlan:
             has_hours=options.asks_hours, quantities=options.quantities,
         )  # fmt: skip
 
-    def describe(self, what: str = "sun") -> dict[str, Any]:
-        """Return the words around a picture of ``what``, as those of a study in memory."""
+    @property
+    def lattice(self) -> Lattice:
+        """Its raster, in the run's local frame."""
+        assert self.job.lattice is not None
+        return self.job.lattice
+
+    def describe(self, what: str = "sun", finer: FinerSteps | None = None) -> dict[str, Any]:
+        """
+        Return the words around a picture of ``what``, as those of a study in memory.
+
+        ``finer`` are the steps of its hours, if not the study's own.
+        """
         study, options = self.study, self.job.options
         lowest = [f"suns below {self.job.min_altitude:g}° left out"] * (self.job.min_altitude > 0)
         # A ground that was added has no path.
@@ -91,7 +101,7 @@ class CityPlan:
             "title": name_model(list(names)) + view + name_sun(study.period, days, what),
             "place": tell_place(study),
             "date": tell_times(study.period, options, days),
-            "note": " · ".join([describe_making(study, options), *lowest]),
+            "note": " · ".join([describe_making(study, options, finer), *lowest]),
             "roofs_cover": study.kind.lies_under_roofs,
             "areas": outline_areas(list_judged(options)),
         }
@@ -113,8 +123,7 @@ class CityPlan:
 
     def find_roofs(self, tile: StoredTile) -> NDArray[np.float64]:
         """Return the heights of what stands over the ground on a tile's cells, (rows, cols) [m]."""
-        lattice, near, roles = self.job.lattice, Neighbourhood(self.context), self.context.roles
-        assert lattice is not None
+        lattice, near, roles = self.lattice, Neighbourhood(self.context), self.context.roles
         south, west = tile.rows.start, tile.cols.start
         heights = np.zeros((tile.rows.stop - south, tile.cols.stop - west))
         cells = CityTile(tile.number, (south, tile.rows.stop), (west, tile.cols.stop))

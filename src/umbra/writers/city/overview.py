@@ -13,6 +13,7 @@ from umbra.folders.atomic import replace_file
 from umbra.scene.grid import Grid
 from umbra.study.measures import Quantity
 from umbra.writers.city.city_plan import CityPlan
+from umbra.writers.city.finer_squares import FinerSquares, count_finer_squares
 from umbra.writers.city.store_window import CityResult, Months
 from umbra.writers.folder.captions import find_mean
 from umbra.writers.folder.foot import list_few
@@ -23,7 +24,7 @@ from umbra.writers.picture_content import DayMap, Plan, Show, find_map_size, nam
 from umbra.writers.pixels import Ramp
 from umbra.writers.sheet import Sheet
 
-__all__ = ["shrink_hours", "write_overviews"]
+__all__ = ["find_squares", "shrink_hours", "write_overviews"]
 
 LONGEST = 1600
 """Cells along the longer side of the picture's raster; each is the mean of those that it holds."""
@@ -79,19 +80,25 @@ def _draw_hours(result: CityResult, plan: CityPlan | None) -> list[Path]:
         if len(plan.study.period.days) > 1:  # long days have more of both: those of sun compare
             show = "sun"
     what = f"{name_hours(show)}{words}" if words else ""
-    end = result.up_hours / divisor
-    drawn = _Drawing(result, plan, times, roofs)
+    end = dark = result.up_hours / divisor
+    finer = None
+    if plan is not None:
+        finer = count_finer_squares(plan, find_squares(plan.lattice.grid, times), hours)
+    nothing = np.isnan(hours) if roofs is None else np.isnan(hours) & (roofs <= 0)
+    drawn = _Drawing(result, plan, times, roofs, finer, nothing)
+    if finer is not None:
+        hours, dark = finer.refine(hours, finer.shadow_hours), finer.up_hours / divisor
     hours = hours / np.float32(divisor)
-    paths = [drawn.draw(hours, "map.png", what, end, dark_from=end, show=show)]
+    paths = [drawn.draw(hours, "map.png", what, end, dark_from=dark, show=show)]
     if _LOST in result.bands:
         lost, *_ = shrink_hours(result, _LOST, plan=plan)
-        lost /= np.float32(divisor)
+        lost = (lost if finer is None else finer.refine(lost, finer.lost)) / np.float32(divisor)
         most = float(np.nanmax(lost, initial=0.0))
         if most > 0:
             what = f"hours of sun lost to {_name_taker(plan)}{words}"
             paths.append(drawn.draw(lost, f"{_LOST}.png", what, most, ramp="loss"))
     if result.months is not None:
-        paths.append(_draw_months(result.months, drawn))
+        paths.append(_draw_months(result.months, replace(drawn, finer=None)))
     return paths
 
 
@@ -119,12 +126,18 @@ class _Drawing:
         Cells along a square of the pictures.
     roofs : (rows, cols) float32 or None
         Height of what stands over each square [m].
+    finer : FinerSquares, optional
+        From which hours are drawn, if not from the store's steps.
+    nothing : (rows, cols) bool, optional
+        Squares without hours, those of missing tiles among them.
     """
 
     result: CityResult
     told: CityPlan | None
     times: int
     roofs: NDArray[np.float32] | None
+    finer: FinerSquares | None = None
+    nothing: NDArray[np.bool_] | None = None
 
     def draw(
         self,
@@ -150,7 +163,8 @@ class _Drawing:
             plan, [replace(map_, hatched=hatched) for map_ in maps], most, what,
             hatch="tiles not counted" if self.result.missing else "",
             show=show,
-            has_lines=self.times == 1,  # around means lines would show noise
+            # Around means of coarse steps lines would show noise.
+            has_lines=self.times == 1 or self.finer is not None,
             ramp=ramp,
         )  # fmt: skip
         return self._save(sheet, name)
@@ -185,9 +199,15 @@ class _Drawing:
         if self.told is not None:
             dx, dy = (times * side for side in result.cell)
             squares = Grid(float(x[0]), float(y[0]), dx, dy, cols, rows)
-            words = self.told.describe(what) | {"proposed": self.told.find_proposed(squares)}
+            words = self.told.describe(what, self.finer)
+            words["proposed"] = self.told.find_proposed(squares)
+            words["nothing_name"] = self.told.context.kind.nothing
+        if self.nothing is not None and (self.nothing & ~hatched).any():
+            words["nothing"] = self.nothing & ~hatched
         if times > 1:
             drawn = f"drawn as means of {times} x {times} cells"
+            if self.finer is not None:
+                drawn = f"drawn at the middles of {times} x {times} cells"
             words["note"] = " · ".join(filter(None, [words.get("note"), drawn]))
         subtitle = ""
         if missing:
@@ -266,6 +286,15 @@ def shrink_hours(
     is_roof = (covered > 0) & (covered >= count)
     roofs = np.where(is_roof, heights / np.maximum(covered, 1), 0.0).astype(np.float32)
     return mean, times, roofs
+
+
+def find_squares(grid: Grid, times: int) -> Grid:
+    """Return the squares of ``times`` cells a side; the last may reach beyond the cells."""
+    aside = (times - 1) / 2
+    return Grid(
+        grid.x0 + aside * grid.dx, grid.y0 + aside * grid.dy, times * grid.dx, times * grid.dy,
+        math.ceil(grid.cols / times), math.ceil(grid.rows / times),
+    )  # fmt: skip
 
 
 def _shrink(cells: slice, times: int) -> slice:

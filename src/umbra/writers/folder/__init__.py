@@ -132,7 +132,8 @@ class Outputs(Options):
             msg = f"{alone}= is of sheet=, which is not asked for; ask for it, or leave it out"
             raise InputError(msg, option=alone)
         for name in ("title", "subtitle"):
-            read_text(name, getattr(self, name))
+            if text := read_text(name, getattr(self, name)):
+                object.__setattr__(self, name, " ".join(text.split()))  # as it stands on a line
         if self.rules is not None:
             from umbra.rules.first_format import Rules  # noqa: PLC0415
             from umbra.rules.read import read_any  # noqa: PLC0415

@@ -268,7 +268,9 @@ def list_files(scene: Scene) -> list[str]:
 
 def name_model(named: Sequence[str]) -> str:
     """Name a model for a title by its files: ``city_block.city.json`` is City block."""
-    stems = [name.lstrip(".").partition(".")[0].replace("_", " ").strip() for name in named]
+    stems = [
+        " ".join(name.lstrip(".").partition(".")[0].replace("_", " ").split()) for name in named
+    ]
     return join_names([f"{stem[:1].upper()}{stem[1:]}" for stem in dict.fromkeys(stems)])
 
 

@@ -31,7 +31,7 @@ from umbra.writers.folder.captions import (
     place_elevation,
     tell_daylight,
 )
-from umbra.writers.folder.context import add_context
+from umbra.writers.folder.drawn_context import add_context
 from umbra.writers.folder.foot import describe_foot, tell_every
 from umbra.writers.folder.loss_maps import fit_hours
 from umbra.writers.picture_content import DayMap, Plan

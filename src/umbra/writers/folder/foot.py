@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from umbra.study import FinerHours, Study, StudyOptions
+from umbra.study.finer import FinerSteps
 from umbra.study.measures import Measure, guard
 from umbra.sun.clock import say_hours
 from umbra.writers.folder import FolderJob
@@ -21,7 +22,7 @@ __all__ = [
     "list_few",
     "tell_cut",
     "tell_every",
-    "tell_own_steps",
+    "tell_steps",
 ]
 
 
@@ -33,7 +34,7 @@ def _space(duration: object) -> str:
 def describe_making(
     study: Study,
     options: StudyOptions,
-    finer: FinerHours | None = None,
+    finer: FinerSteps | None = None,
     *,
     shows_hours: bool = True,
     measures: Sequence[Measure] | None = None,
@@ -61,7 +62,7 @@ def describe_making(
 def describe_foot(
     study: Study,
     options: StudyOptions,
-    finer: FinerHours | None = None,
+    finer: FinerSteps | None = None,
     *,
     shows_hours: bool = True,
     measures: Sequence[Measure] | None = None,
@@ -93,23 +94,23 @@ def describe_finer(plan: Plan, job: FolderJob, finer: Sequence[FinerHours | None
     return replace(plan, note=describe_foot(job.study, job.options, finer[0]))
 
 
-def tell_every(options: StudyOptions, finer: FinerHours | None) -> str:
+def tell_every(options: StudyOptions, finer: FinerSteps | None) -> str:
     """Describe the time step from which hours are drawn."""
     if finer is None:
         return _space(options.every)
     return f"{finer.seconds / 60:g} min" if finer.seconds >= 60 else f"{finer.seconds:g} s"
 
 
-def tell_own_steps(study: Study, options: StudyOptions) -> str:
-    """Describe the study's own time step and its tolerance."""
-    half = float(study.period.hours.max()) * 30
-    return f"every {_space(options.every)}, ± {half:.3g} min"
+def tell_steps(study: Study, options: StudyOptions, finer: FinerSteps | None = None) -> str:
+    """Describe the time step from which hours are drawn, by default the study's, and its half."""
+    half = float(study.period.hours.max()) * 30 if finer is None else finer.seconds / 120
+    return f"every {tell_every(options, finer)}, ± {half:.3g} min"
 
 
 def describe_method(
     study: Study,
     options: StudyOptions,
-    finer: FinerHours | None = None,
+    finer: FinerSteps | None = None,
     *,
     shows_hours: bool = True,
     measures: Sequence[Measure] | None = None,
@@ -129,7 +130,7 @@ def describe_method(
         every = tell_every(options, finer)
         if finer is not None:
             half = finer.seconds / 120
-            every += f" (in study.nc every {_space(options.every)})"
+            every += f" (in {finer.kept} every {_space(options.every)})"
         notes = [f"sun every {every}, at the middle of each step"]
         if study.up_hours > 0:
             notes.append(f"hours ± {half:.3g} min for each edge of shadow that passes")

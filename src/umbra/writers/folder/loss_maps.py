@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from umbra.casters.casting import select_replaced
 from umbra.study import FinerHours, Preview, Study, count_finer, name_dates, split_dates
+from umbra.sun.clock import say_hours
 from umbra.writers.folder import FolderJob
 from umbra.writers.folder.captions import (
     choose_panels,
@@ -29,7 +30,7 @@ from umbra.writers.pixels import HALF, Ramp, resample
 
 __all__ = ["count_dates", "count_lost", "draw_lost", "fit_hours", "make_map"]
 
-_MATTERS = 0.5  # hours lost that the picture must include, at any distance
+_MATTERS = 1.0  # hours lost or won that the picture must include, at any distance
 _WON = 1 / 60  # hours won, of more than which there is a scale of both
 
 
@@ -53,14 +54,16 @@ def draw_lost(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
     where: Any = ...
     if study.kind.is_plan and options.extent is None:
         newly = _fit_mask(study.more["newly_under"][1], most.shape)
-        matters = (most >= min(_MATTERS, most.max() / 4)) | newly | new
-        matters |= np.nan_to_num(every).min(0) < -_MATTERS
-        where = find_shown_window(matters, plan)
-        plan = crop_plan(study, plan, where)
+        least = min(_MATTERS, float(most.max()) / 4)
+        matters = (most >= least) | newly | (np.nan_to_num(every).min(0) <= -least)
+        where = find_shown_window(_drop_specks(matters) | new, plan)
+        cropped = crop_plan(study, plan, where)
+        is_cut = cropped.shape != plan.shape
+        told = f" · cropped to {say_hours(least)} of sun {_name_change(ramp)} and more" * is_cut
+        plan = replace(cropped, note=plan.note + told)
     taken = f"sun lost to {list_few(options.proposed)}"
     plan = replace(plan, title=name_picture(job, range(len(study.period.days)), taken))
-    change = "won or lost" if ramp == "change" else "lost"
-    what = f"hours of sun {change} to {list_few(options.proposed)}"
+    what = f"hours of sun {_name_change(ramp)} to {list_few(options.proposed)}"
     limit = f"newly under {study.facts['under_hours']:g} h"
     divisor, words = (1, "") if len(dates) > 1 else find_together(job)
     if words:
@@ -83,6 +86,19 @@ def draw_lost(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
         job.folder / "hours_lost.png", plan, maps, end, what=what, hatch=limit, ramp=ramp
     )
     return ["hours_lost.png"]
+
+
+def _drop_specks(cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Leave out what is less than three cells wide; but all, where nothing would be left."""
+    from scipy.ndimage import binary_opening  # noqa: PLC0415  (half a second)
+
+    opened = binary_opening(cells, np.ones((3, 3), np.bool_))
+    return opened if opened.any() else cells
+
+
+def _name_change(ramp: Ramp) -> str:
+    """Name what happens to the sun."""
+    return "won or lost" if ramp == "change" else "lost"
 
 
 def count_lost(

@@ -10,7 +10,7 @@ from umbra.study import Preview, make_preview
 from umbra.study.measures import Measure, Quantity, guard
 from umbra.writers.folder import FolderJob
 from umbra.writers.folder.captions import describe, name_picture
-from umbra.writers.folder.context import add_context
+from umbra.writers.folder.drawn_context import add_context
 from umbra.writers.folder.foot import list_few
 from umbra.writers.folder.pictures import lay_out_points, name_points
 from umbra.writers.measure_map import find_end

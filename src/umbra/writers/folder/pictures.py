@@ -40,7 +40,7 @@ from umbra.writers.folder.captions import (
     tell_place,
     tell_times,
 )
-from umbra.writers.folder.context import add_context
+from umbra.writers.folder.drawn_context import add_context
 from umbra.writers.folder.foot import describe_finer, describe_method, list_few
 from umbra.writers.folder.loss_maps import count_dates, draw_lost, fit_hours, make_map
 from umbra.writers.folder.month_maps import BY_MONTH, draw_months

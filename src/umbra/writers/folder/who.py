@@ -14,7 +14,7 @@ from umbra.study.finer import can_count_casters
 from umbra.writers.caster_map import HUES, WhoMap
 from umbra.writers.folder import FolderJob
 from umbra.writers.folder.captions import find_together, name_picture
-from umbra.writers.folder.foot import describe_finer, tell_own_steps
+from umbra.writers.folder.foot import describe_finer, tell_steps
 from umbra.writers.folder.loss_maps import count_dates
 from umbra.writers.picture_content import Plan
 from umbra.writers.pixels import resample
@@ -51,7 +51,7 @@ def draw_who(job: FolderJob, plan: Plan, preview: Preview) -> list[str]:
             order = _rank(main, hours, len(names), first=counted)
             plan = describe_finer(plan, job, finer)
             if len(counted) < len(names):
-                others = f"of casters without a name here {tell_own_steps(study, options)}"
+                others = f"of casters without a name here {tell_steps(study, options)}"
                 plan = replace(plan, note=f"{plan.note} · {others}")
     rank_of = np.full(len(names) + 1, -1)  # the last: of none
     rank_of[order] = np.arange(len(order))

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from umbra.writers.proof.book import Titles
 from umbra.writers.proof.flow import TableOf
+from umbra.writers.units import keep_units
 
 __all__ = ["make_sheet_page"]
 
@@ -69,7 +70,8 @@ def make_sheet_page(
         if text
     )  # fmt: skip
     verdicts = "".join(
-        f'<li class="{verdict}">{shown(sentence)}</li>' for verdict, sentence in sentences
+        f'<li class="{verdict}">{shown(keep_units(sentence))}</li>'
+        for verdict, sentence in sentences
     )
     listed = "".join(f"<dt>{shown(name)}</dt><dd>{shown(text)}</dd>" for name, text in facts)
     return f"""<!doctype html>
@@ -107,7 +109,7 @@ def _make_table(table: TableOf) -> str:
     )
     return (
         f"<h2>{html.escape(table.heading)}</h2>"
-        f'<p class="remark">{html.escape(table.remark)}</p>'
+        f'<p class="remark">{html.escape(keep_units(table.remark))}</p>'
         f'<div class="wide"><table><thead><tr>{head}</tr></thead>'
         f"<tbody>{rows}</tbody></table></div>"
     )

@@ -30,14 +30,14 @@ from umbra.study.timeline import (
     make_timeline,
 )
 from umbra.sun.clock import say_hours
-from umbra.verdicts.outcome import FAIL
 from umbra.web.bundle import bundle, read_asset
 from umbra.web.pack import pack_model
 from umbra.web.page import make_policy
 from umbra.writers.folder.summary import find_worst
 from umbra.writers.live_study import describe_sky, find_face_surfaces, make_study_config
 from umbra.writers.picture_content import Plan, Show, name_hours
-from umbra.writers.report.area_rows import list_areas
+from umbra.writers.proof.drawing import COLORS
+from umbra.writers.report.area_rows import find_worst_verdicts, list_areas
 from umbra.writers.report.data import (
     make_model_data,
     make_plan_data,
@@ -136,7 +136,7 @@ def write_report(  # noqa: PLR0913  (each part of the page by its name)
         instants = timeline or make_timeline(study)
         pins = [pin for table in tables for pin in table.pins]
         data = make_plan_data(study, plan, instants, pins, proposed) | {"fine": fine}
-        data["failing"] = _list_failing(tables)
+        data |= {"verdicts": find_worst_verdicts(tables), "verdict_colors": COLORS}
         has_own_hours = "hours" in data
         told = tell_plan(study, instants, has_own_hours)
         parts = _WORDS["plan"] | {"script": _read_scripts(PLAN)}
@@ -271,6 +271,7 @@ def _name_modes(study: Study, show: Show, data: dict[str, object]) -> dict[str, 
         "hours": name_hours(show).capitalize(),
         "hours_first": "" if has_losses else " checked",
         "lost_mode": f"{lost}</label>\n" if has_losses else "",
+        "nothing": escape(study.kind.nothing),
         "newly": f"newly under {study.facts['under_hours']:g} h" if has_losses else "",
     }
 
@@ -282,16 +283,6 @@ def _read(name: str) -> str:
 def _read_scripts(own: Sequence[str]) -> str:
     """Join the script's files, in an order in which each knows what it uses."""
     return "\n".join(_read(f"{name}.js") for name in (*COMMON, *own, *STAGE))
-
-
-def _list_failing(tables: Sequence[Table]) -> list[str]:
-    """List the names in rows with the verdict "fail", each once."""
-    failing: dict[str, None] = {}
-    for table in tables:
-        if {"name", "verdict"} <= {*table.columns}:
-            name, verdict = (table.columns.index(column) for column in ("name", "verdict"))
-            failing |= {str(row[name]): None for row in table.rows if row[verdict] == FAIL}
-    return list(failing)
 
 
 def _sum_up(study: Study) -> list[tuple[str, str]]:

@@ -1,15 +1,32 @@
 """The report's table of named areas."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from umbra.study import Study
 from umbra.study.area_table import AreaTable, name_share
 from umbra.sun.clock import Stamps
+from umbra.verdicts.outcome import FAIL, PASS, UNKNOWN
 from umbra.writers.report.markup import Table
 
-__all__ = ["lay_out_area_table", "list_areas"]
+__all__ = ["find_worst_verdicts", "lay_out_area_table", "list_areas"]
 
 _MOST_ROWS = 200
+_FROM_BEST = (PASS, UNKNOWN, FAIL)
+
+
+def find_worst_verdicts(tables: Sequence[Table]) -> dict[str, str]:
+    """Return the worst verdict on each name in tables that have names and verdicts."""
+    worst: dict[str, str] = {}
+    for table in tables:
+        if not {"name", "verdict"} <= {*table.columns}:
+            continue
+        name, verdict = (table.columns.index(column) for column in ("name", "verdict"))
+        for row in table.rows:
+            known = worst.get(str(row[name]), PASS)
+            if row[verdict] in _FROM_BEST:
+                worst[str(row[name])] = max(known, str(row[verdict]), key=_FROM_BEST.index)
+    return worst
 
 
 def list_areas(study: Study) -> Table | None:

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from umbra.writers.units import keep_units
+
 __all__ = [
     "Pin",
     "Table",
@@ -65,7 +67,7 @@ def make_address(png: bytes) -> str:
 def make_summary(figures: Sequence[tuple[str, str]]) -> str:
     """Return the figures at the top."""
     cells = "".join(
-        f"<div><dt>{html.escape(name)}</dt><dd>{html.escape(value)}</dd></div>"
+        f"<div><dt>{html.escape(name)}</dt><dd>{_escape(value)}</dd></div>"
         for name, value in figures
     )
     return f'<dl class="summary">{cells}</dl>'
@@ -79,10 +81,15 @@ def make_answers(verdicts: Sequence[Table], answers: Sequence[str]) -> tuple[str
     """
     outcomes = [(table.answer or table.title, _find_outcome(table)) for table in verdicts]
     lines = [
-        f'<p class="{f"answer {outcome}".strip()}">{html.escape(words)}</p>'
+        f'<p class="{f"answer {outcome}".strip()}">{_escape(words)}</p>'
         for words, outcome in [*outcomes, *((words, "") for words in answers)]
     ]
     return "\n".join(lines[:_FIRST]), "\n".join(lines[_FIRST:])
+
+
+def _escape(words: str) -> str:
+    """Return words for reading, escaped, in which no line ends before a unit."""
+    return html.escape(keep_units(words))
 
 
 def _find_outcome(table: Table) -> str:
@@ -103,7 +110,7 @@ def make_facts(facts: Sequence[tuple[str, str]]) -> str:
 
 def make_notice(words: str) -> str:
     """Return an important notice; nothing without words."""
-    return f'<p class="notice">{html.escape(words)}</p>' if words else ""
+    return f'<p class="notice">{_escape(words)}</p>' if words else ""
 
 
 def make_sheets(sheets: Sequence[tuple[str, Path]]) -> str:
@@ -166,7 +173,7 @@ def make_table(table: Table, sheets: Sequence[tuple[str, Path]] = ()) -> str:
         for name, mark in zip(table.columns, marks, strict=True)
     )
     body = "\n".join(line(n, row) for n, row in enumerate(table.rows))
-    note = f'<p class="quiet note">{text(table.note)}</p>' if table.note else ""
+    note = f'<p class="quiet note">{_escape(table.note)}</p>' if table.note else ""
     figures = _make_figures([one for one in sheets if one[1].stem in table.sheets])
     marked = "many very-many" if len(table.columns) > _VERY_MANY else "many" if many else ""
     is_narrow = len(table.columns) <= _NARROW and len(table.rows) > _LONG

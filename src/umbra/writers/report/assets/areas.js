@@ -1,9 +1,12 @@
 // Named areas over a plan: outlines, names, and the way between the map and their table.
 
 const makeAreas = (pen, map, place) => {
-  const failing = new Set(data.failing || []);
+  const verdicts = data.verdicts || {}, colors = data.verdict_colors || {};
+  // Lines tell verdicts apart without their colours: lengths of dashes and gaps, in CSS pixels.
+  const DASHES = { pass: [], fail: [7, 3], unknown: [2, 3] };
   const list = (data.areas || []).map(({ name, rings, x, y }) => ({
-    name, label: failing.has(name) ? `${name}: fail` : name, spot: place(x, y), rings: rings.map((ring) => ring.map(([a, b]) => place(a, b))),
+    name, verdict: verdicts[name], label: verdicts[name] ? `${name}: ${verdicts[name]}` : name, spot: place(x, y),
+    rings: rings.map((ring) => ring.map(([a, b]) => place(a, b))),
   }));
   const MOST_NAMES = 40;
   let marked = -1;
@@ -32,16 +35,18 @@ const makeAreas = (pen, map, place) => {
     pen.lineJoin = "round";
     list.forEach((area, k) => {
       trace(area);
-      const wide = k === marked ? 3 : 1.4;
-      for (const [style, more] of [["rgba(255, 255, 255, 0.85)", 2.2], ["#1c1c22", 0]]) {
+      const wide = k === marked ? 4 : area.verdict ? 2.6 : 1.4;
+      for (const [style, more, dashes] of [["rgba(255, 255, 255, 0.9)", 2.4, []], [colors[area.verdict] || "#1c1c22", 0, DASHES[area.verdict] || []]]) {
         pen.strokeStyle = style;
         pen.lineWidth = (wide + more) * dot;
+        pen.setLineDash(dashes.map((length) => length * dot));
         pen.stroke();
       }
+      pen.setLineDash([]);
     });
     pen.textAlign = "center";
     // The chosen area's name first, then those that fail; one that would lie on another is left out.
-    const weight = (area) => 2 * (area === list[marked]) + failing.has(area.name);
+    const weight = (area) => 2 * (area === list[marked]) + (area.verdict === "fail");
     const named = [...list].sort((one, other) => weight(other) - weight(one)).slice(0, MOST_NAMES), taken = [];
     for (const { label, spot } of named) {
       const x = left + spot[0] * across, y = top + spot[1] * down;
@@ -53,6 +58,31 @@ const makeAreas = (pen, map, place) => {
     }
     pen.textAlign = "start";
   };
+
+  const drawKey = () => {
+    const told = ["fail", "unknown", "pass"].filter((verdict) => list.some((area) => area.verdict === verdict));
+    if (told.length && list.some((area) => !area.verdict)) told.push("");
+    const make = (name, attributes) => {
+      const made = document.createElementNS("http://www.w3.org/2000/svg", name);
+      for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+      return made;
+    };
+    for (const verdict of told) {
+      const picture = make("svg", { width: 22, height: 14, viewBox: "0 0 22 14", "aria-hidden": "true" });
+      const box = { x: 2, y: 2, width: 18, height: 10, fill: "none" };
+      picture.append(make("rect", { ...box, fill: "#ffffff", stroke: "#ffffff", "stroke-width": 4 }));
+      picture.append(make("rect", {
+        ...box, stroke: verdict ? colors[verdict] : "#1c1c22", "stroke-width": verdict ? 2.6 : 1.4,
+        "stroke-dasharray": (DASHES[verdict] || []).join(" "),
+      }));
+      const one = document.createElement("span");
+      one.className = "no-sun";
+      one.append(picture, `area: ${verdict || "not judged"}`);
+      $("area-key").append(one);
+    }
+    $("area-key").hidden = !told.length;
+  };
+  drawKey();
 
   // The row of the area at the chosen place is marked, and a button below the map leads to it.
   const back = document.createElement("button");

@@ -26,6 +26,7 @@ const makePlan = async () => {
   const layer = document.createElement("canvas");
   const CLEAR = 0, SHADES = { lit: CLEAR, night: CLEAR, dark: color(57, 69, 107, 175), behind: color(66, 122, 72, 120) };
   const VOID = data.is_plan ? color(226, 226, 231) : CLEAR;  // where nothing receives
+  $("void-key").hidden = !data.is_plan || !heights.some(Number.isNaN);
 
   let current = null;
   const shown = { key: "", hours: null, most: 0 };
@@ -197,15 +198,21 @@ const makePlan = async () => {
     map.addEventListener("pointerleave", () => hover(-1));
   };
   const findLoss = () => {
-    // The box of what loses a quarter of the most, or half an hour.
-    const least = Math.min(0.5, mostLost / 4), box = [cols, rows, 0, 0];
-    for (const lost of losses)
+    // The box of what loses an hour, or a quarter of the most, without specks, and of areas that fail.
+    const least = Math.min(1, mostLost / 4), box = [cols, rows, 0, 0];
+    const widen = ([left, top, right, bottom]) => {
+      box[0] = Math.min(box[0], left); box[2] = Math.max(box[2], right);
+      box[1] = Math.min(box[1], top); box[3] = Math.max(box[3], bottom);
+    };
+    for (const lost of losses) {
+      const is = (cell) => Math.abs(lost[cell]) >= least;
       for (let cell = 0; cell < cells; cell++) {
-        if (!(Math.abs(lost[cell]) >= least)) continue;
+        if (!is(cell) || ![1, -1, cols, -cols].every((step) => is(cell + step))) continue;
         const col = cell % cols, row = rows - 1 - Math.floor(cell / cols);
-        box[0] = Math.min(box[0], col); box[2] = Math.max(box[2], col + 1);
-        box[1] = Math.min(box[1], row); box[3] = Math.max(box[3], row + 1);
+        widen([col - 1, row - 1, col + 2, row + 2]);
       }
+    }
+    if (box[2] > box[0]) areas.list.forEach((area, k) => area.verdict === "fail" && widen(areas.box(k)));
     return box;
   };
   const choose = () => {
