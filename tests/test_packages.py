@@ -52,6 +52,8 @@ def test_what_an_index_installed_comes_from_there(monkeypatch, tmp_path, url):
         ("--shape", ["--sheet", "--show"], []),
         ("--recievers", ["--receivers", "--report"], ["--receivers"]),
         ("--longitude", ["--lat", "--lon"], ["--lon"]),
+        ("latitude", ["min-altitude", "lat"], ["lat"]),
+        ("--everyday", ["--every", "--every-days"], ["--every-days"]),
         ("Tower", ["Flower bed", "tower"], ["tower"]),
         ("by", ["by_day", "on"], []),
     ],

@@ -40,7 +40,8 @@ _MAKERS = {
     "Site": "Site(latitude=, longitude=)",
 }
 _TAIL = 180  # characters kept at a message's end, which holds the remedy
-_ALIKE = 0.7  # share of letters in order from which words are similar
+_ALIKE = 0.7  # share of letters in order from which words are similar,
+_SLIP = 0.8  # and from which they are more so than words of which one begins the other
 _BEGUN = 3  # letters with which another word begins that may be meant
 # Control characters except tab and line feed, lone surrogates, and characters that reorder or hide
 # text. Joiners stay: Persian and Hindi need them.
@@ -135,15 +136,18 @@ def find_similar(word: str, known: Iterable[str], count: int = 1) -> list[str]:
     for known_word in known:
         folded.setdefault(fold(known_word), known_word)
     wanted = fold(word)
-    near = difflib.get_close_matches(wanted, folded, n=count, cutoff=_ALIKE)
+    slips, near = (
+        difflib.get_close_matches(wanted, folded, n=count, cutoff=share)
+        for share in (_SLIP, _ALIKE)
+    )
     begun = [
         word
         for word in folded
         if min(len(word), len(wanted)) >= _BEGUN
         and (word.startswith(wanted) or wanted.startswith(word))
     ]
-    both = dict.fromkeys((*near, *sorted(begun, key=lambda word: abs(len(word) - len(wanted)))))
-    return [folded[word] for word in both][:count]
+    begun.sort(key=lambda word: abs(len(word) - len(wanted)))
+    return [folded[word] for word in dict.fromkeys((*slips, *begun, *near))][:count]
 
 
 def write_for_shell(text: str) -> str:

@@ -26,6 +26,9 @@ def model(tmp_path):
         (["--no-cast", "Huose"], ["did you mean 'House'?"]),
         (["--cell", "50 inches"], ["50cm"]),
         (["--cell", "abc"], ["metres"]),
+        (["--lat", "48,2"], ["'48,2' is not a number, such as 48.2"]),
+        (["--threads", "0"], ["0 is less than 1"]),
+        (["--threads", "two"], ["'two' is not a whole number"]),
         (["--tiles"], ["--tiles needs a value before --out; write --tiles LENGTH --out"]),
     ],
 )

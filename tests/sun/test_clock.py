@@ -346,6 +346,8 @@ def test_wrong_times(start, end, message):
         ("-15min", "the step every='-15min' is not a duration"),
         ("1d", "the step every='1d' is not a duration"),
         ("1e3s", "is not a duration"),
+        ("1ms", "is not a duration"),  # no minute, in a plural of one letter
+        ("2hs", "is not a duration"),
         ("15min,", "is not a duration"),
         ("0min", "the step every='0min' is not longer than 0"),
         ("0.0000001s", "is not longer than 0"),

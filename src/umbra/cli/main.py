@@ -2,6 +2,7 @@
 
 import errno
 import io
+import re
 import sys
 import traceback
 from contextlib import suppress
@@ -31,6 +32,14 @@ COMMANDS = {
     "study": "Measure sun and sky around buildings: hours of shadow by default.",
     "view": "Show a model in a window.",
 }
+
+
+_PLAIN = {
+    "is not a valid float$": "is not a number, such as 48.2",
+    "is not a valid integer( range)?$": "is not a whole number",
+    "is not in the range x>=(.*)$": r"is less than \1",
+}
+"""What click says of numbers, and plainer words."""
 
 
 class _Commands(click.Group):
@@ -245,7 +254,10 @@ def _word(error: click.UsageError) -> str:
         near = find_similar(error.option_name, known)
         advice = f"; did you mean '{near[0]}'?" if near else ""
         return f"there is no option '{error.option_name}'{advice}"
-    return error.format_message().rstrip(".")
+    text = error.format_message().rstrip(".")
+    for said, plain in _PLAIN.items():
+        text = re.sub(said, plain, text)
+    return text
 
 
 def _show_parameter(parameter: click.Parameter, context: click.Context) -> str:

@@ -40,7 +40,9 @@ MOST_OF_ALL_DATES = 2_000_000
 MINUTE = 60_000_000  # [us]
 MICROSECOND = dt.timedelta(microseconds=1)
 UNITS = {"h": 3600, "hour": 3600, "min": 60, "minute": 60, "m": 60, "s": 1, "sec": 1, "second": 1}
-DURATION = re.compile(r"([0-9]+(?:\.[0-9]+)?|\.[0-9]+)\s*(h|hour|min|minute|m|s|sec|second)s?\s*")
+DURATION = re.compile(  # a plural is of words: "1ms" is no minute
+    r"([0-9]+(?:\.[0-9]+)?|\.[0-9]+)\s*(h|hour|min|minute|m|s|sec|second)(?:(?<=[a-z]{3})s)?\s*"
+)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
