@@ -84,8 +84,10 @@ export class AssumedGround {
    */
   #isValley(at) {
     const { faces } = this.model,
-      { first, last } = this.edges;
-    return [0, 1, 2].some((k) => this.exits.rise(first[at], faces[3 * last[at] + k]) > 0);
+      { exits } = this,
+      f = this.edges.first[at],
+      k = 3 * this.edges.last[at];
+    return exits.rise(f, faces[k]) + exits.rise(f, faces[k + 1]) + exits.rise(f, faces[k + 2]) > 0;
   }
 
   /**
