@@ -132,3 +132,10 @@ def test_half_a_sun_is_refused(umbra_here, tmp_path, model, options, words):
     assert said.status == 2
     assert words in said.err
     assert not (tmp_path / "p.png").exists()
+
+
+@pytest.mark.parametrize("name", ["page.txt", "shots"])
+def test_what_a_view_writes_is_known_by_its_ending(umbra_here, model, name):
+    said = umbra_here("view", model, *VIENNA, "--out", name)
+    assert said.status == 2
+    assert f"'{name}' would be a page or a screenshot" in said.err

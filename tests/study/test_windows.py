@@ -7,7 +7,7 @@ from support.shapes import box, sheet
 
 import umbra
 from umbra.readers.window_files import read_windows
-from umbra.receivers.window_search import count_windows
+from umbra.receivers.window_search import count_windows, list_panes
 
 SITE = umbra.Site(48.2, 16.37, "Europe/Vienna")
 DAY = {"date": "2026-03-21", "every": "1h", "threads": 1, "receivers": "windows"}
@@ -171,6 +171,19 @@ def test_windows_of_an_element_face_out_and_lie_on_its_front():
     outer = umbra.shadow_study(scene, SITE, **DAY, ground=0.0, reveal="none").windows
     assert outer["y"][0] == pytest.approx(0)
     assert outer["sun_hours"][0] >= row["sun_hours"] > 0
+
+
+@pytest.mark.parametrize("opacity", [0.2, 1.0])
+def test_a_slim_window_in_a_deep_frame_looks_across_its_pane(opacity):
+    # The jambs have more area across the width than the pane has across the depth.
+    bars = [((-0.35, 0, 1), (-0.25, 0.4, 3)), ((0.25, 0, 1), (0.35, 0.4, 3)),
+            ((-0.25, 0, 1), (0.25, 0.4, 1.1)), ((-0.25, 0, 2.9), (0.25, 0.4, 3))]  # fmt: skip
+    glass = umbra.Material(opacity=opacity)
+    pane = make_element((-0.25, 0.19, 1.1), (0.25, 0.2, 2.9), material=glass)
+    (found,) = list_panes(umbra.make_scene([*(make_element(*bar) for bar in bars), pane]))
+    assert np.abs(found.normal) == pytest.approx([0, 1, 0])
+    assert found.height == pytest.approx(1.8 if opacity < 1 else 2.0)
+    assert found.width == pytest.approx(0.5 if opacity < 1 else 0.7)
 
 
 def test_windows_of_surfaces_are_one_each():

@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from umbra.errors import show_count
+
 __all__ = ["NEAR", "Counted", "choose_near", "find_near", "meets_frame", "reach_from_centres"]
 
 NEAR = 20.0
@@ -46,8 +48,7 @@ class Counted:
         """Write the total weight with its unit; a large area in hectares."""
         if self.unit == "m²" and self.whole >= _HECTARE:
             return f"{self.whole / _HECTARE:.3g} ha"
-        text = f"{self.whole:,.0f}"
-        return f"{text} {self.unit.removesuffix('s') if text == '1' else self.unit}"
+        return show_count(round(self.whole), self.unit.removesuffix("s"), self.unit)
 
     def tell_whole_of(self) -> str:
         """Write the total weight, and of what: ``2,656 m² of open ground``, ``2 points``."""

@@ -28,6 +28,8 @@ SURFACES = frozenset({"Window", "WindowSurface", "Aperture"})
 _FRONT = 0.05  # distance before and behind a pane from which the side is judged [m]
 _FLAT = 1e-3  # distance from their plane of triangles that make one pane [m]
 _PARALLEL = 0.999
+_DIRECTIONS = 8  # of an element's largest faces
+_LEAST_SHARE = 0.1  # of the largest area of a direction: less is an edge or a handle
 _DEEPEST = 0.6  # reveal [m]
 _AROUND = 0.3  # distance from a pane within which the wall around it lies [m]
 _MOST = 1e9  # panes times faces of which reveals are measured
@@ -119,24 +121,39 @@ def _find_word(parts: Sequence[Part], key: str) -> str:
 
 
 def _measure_element(scene: Scene, name: str, parts: Sequence[int]) -> Window | None:
-    """Measure the pane of an element: across the faces of the largest area."""
+    """Measure the pane of an element, of its glass where some is transparent."""
     soup = scene.triangles(parts)
-    if not len(soup.faces):
-        return None
     corners = soup.vertices[soup.faces]
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    area = np.linalg.norm(across, axis=1)
-    if not area.sum() > 0:
-        return None
-    unit = across / np.where(area > 0, area, 1.0)[:, None]
-    alike = np.abs(unit @ unit[np.argsort(-area)[:8]].T) > _PARALLEL
-    best = int(np.argmax(area @ alike))
-    normal = unit[np.argsort(-area)[best]]
     glass = [k for k in parts if scene.parts[k].material.opacity < 1]
-    seen = np.isin(soup.part, glass) if glass else np.ones(len(corners), np.bool_)
+    seen = corners[np.isin(soup.part, glass)] if glass else corners
+    normal = _find_thinnest(seen)
+    if normal is None:
+        return None
     own = [scene.parts[k] for k in parts]
     words = _find_word(own, "storey"), _find_word(own, "space")
-    return _frame(name, corners[seen].reshape(-1, 3), normal, *words, corners)
+    return _frame(name, seen.reshape(-1, 3), normal, *words, corners)
+
+
+def _find_thinnest(corners: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """
+    Return the normal of faces (n, 3, 3) across which a body is thinnest, (3,) of length 1.
+
+    Of small windows the sides of a deep frame, across the width, have more area than the pane.
+    """
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = np.linalg.norm(across, axis=1)
+    unit = across / np.where(area > 0, area, 1.0)[:, None]
+    found: list[tuple[float, float, NDArray[np.float64]]] = []
+    left = area.copy()
+    while len(found) < _DIRECTIONS and left.any():
+        normal = unit[int(left.argmax())]
+        alike = np.abs(unit @ normal) > _PARALLEL
+        left[alike] = 0.0
+        thickness = float(np.ptp(corners.reshape(-1, 3) @ normal))
+        found.append((float(area[alike].sum()), thickness, normal))
+    least = _LEAST_SHARE * max((share for share, *_ in found), default=0.0)
+    found = [one for one in found if one[0] >= least]
+    return min(found, key=lambda one: one[1])[2] if found else None
 
 
 def _measure_surfaces(scene: Scene, name: str, part: int) -> list[Window]:

@@ -18,6 +18,7 @@ __all__ = ["find_worst", "summarise", "tell_answers", "tell_areas", "tell_measur
 
 _MOST_DATES = 8
 _NEVER = 1e-4  # hours that are none [h]
+_WHOLE = 1e-6  # of a number, by which it may be off a whole one
 
 _LEAST_SHARE = 5e-4
 """The least share that has a decimal of a percent."""
@@ -230,7 +231,18 @@ def tell_sun(
     what = counted.tell_whole() if what == counted.unit else f"{what} ({counted.tell_whole()})"
     share = f" ({100 * mean / whole:.3g} % of the possible)" if is_sum else ""
     told = f"{prefix} sun reaches {what} for {say_hours(mean)} of {say_hours(whole)} on average"
-    return f"{told}{share}; {f'{say_share(never)} gets none' if never else 'all gets some'}"
+    return f"{told}{share}; {_tell_none(counted, never)}"
+
+
+def _tell_none(counted: Counted, never: float) -> str:
+    """Tell the share of an area without any sun, or the number of points or panes."""
+    number = never * counted.whole
+    is_count = counted.unit != "m²" and abs(number - round(number)) < _WHOLE
+    if not never:
+        return "all get some" if is_count and counted.whole > 1 else "all gets some"
+    if not is_count or round(number) == round(counted.whole):
+        return f"{say_share(never)} gets none"
+    return f"{round(number):,} of them {'gets' if round(number) == 1 else 'get'} none"
 
 
 def say_share(share: float) -> str:

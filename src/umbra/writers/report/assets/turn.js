@@ -59,12 +59,14 @@ const makeModel = async () => {
     return [x * coarse, y * coarse];
   };
   const drawNames = (dot) => {
-    const taken = [];  // a name that would lie over another is left out
+    const taken = [];  // a name that would lie over another is left out, and of what stands behind
     for (let k = 0; k < count; k++) {
-      const [x, y] = spotOf(k), wide = 7 * dot * data.names[k].length;
+      if (isHidden(k)) continue;
+      const [spot, y] = spotOf(k), wide = 7 * dot * data.names[k].length, off = 9 * dot;
+      const x = spot + off + wide <= map.width || spot - off < wide ? spot + off : spot - off - wide;
       if (taken.some(([tx, ty, tw]) => x < tx + tw && x + wide > tx && Math.abs(y - ty) < 14 * dot)) continue;
       taken.push([x, y, wide]);
-      signs.halo(data.names[k], x + 9 * dot, y + 4 * dot, dot);
+      signs.halo(data.names[k], x, y + 4 * dot, dot);
     }
   };
   const drawSun = (view, dot) => {
@@ -233,9 +235,18 @@ const makeModel = async () => {
     again();
     return chosen;
   };
+  const facing = () => {
+    // Where panes and walls are seen best, of eight winds from the south on; of all else from above.
+    const own = Array.from({ length: count }, (_, k) => receivers.normal(k));
+    if (2 * own.filter((normal) => normal && Math.abs(normal[2]) < 0.5).length <= count) return [data.north + 180, 90];
+    const seen = (azimuth) => own.reduce((sum, normal) =>
+      sum + (normal ? Math.max(0, normal[0] * Math.sin(azimuth * RADIANS) + normal[1] * Math.cos(azimuth * RADIANS)) : 0), 0);
+    const winds = [210, 150, 240, 120, 300, 60, 330, 30].map((azimuth) => azimuth + data.north);
+    return [winds.reduce((best, wind) => (seen(wind) > seen(best) + 0.5 ? wind : best)), 25];
+  };
   const choose = () => {
     // What is seen, and has about half of the sun.
-    if (!isSampled) { eye.turn(data.north + 180, 90); whole(); }
+    if (!isSampled) { eye.turn(...facing()); whole(); }
     aimAt();
     const off = (k) => Math.abs(receivers.hours[k] / (data.up_hours || 1) - 0.5);
     const sorted = Array.from({ length: count }, (_, k) => k).sort((a, b) => off(a) - off(b));
