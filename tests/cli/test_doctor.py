@@ -42,7 +42,7 @@ def test_it_says_where_the_cache_is_and_how_large(umbra_here, tmp_path, monkeypa
         "folder": str(tmp_path), "files": 1, "bytes": 1_500_000, "limit": 1_000_000_000,
     }  # fmt: skip
     said = umbra_here("doctor").out
-    assert f"cache {tmp_path}, 1 files, 1.5 MB of at most 1000" in said
+    assert f"cache {tmp_path}, 1 file, 1.5 MB of at most 1000" in said
 
 
 def test_without_any_driver_it_says_what_to_install(umbra_here, monkeypatch):

@@ -17,7 +17,7 @@ def test_a_study_of_a_hillside_says_what_it_assumes(study, hillside):
     assert "through the feet of 5 buildings" in said.err
     assert said.err.count("\n") == 1
     said = study("--ground", "level", files=[hillside])
-    assert "level at z = 10 m; 5 buildings stand at 0 to 20 m" in said.err
+    assert "level at z = 10 m; 5 objects stand at 0 to 20 m" in said.err
     assert said.err.count("\n") == 1
     for options in (["--ground", "10"], ["--quiet"]):
         assert study(*options, files=[hillside]).err == ""

@@ -56,7 +56,7 @@ def test_inspect_tells_animations_lights_and_a_posed_size(umbra_here, lift):
         assert said["bounds"] == [[2.5, -0.5, 0], [3.5, 0.5, 1]]
     text = umbra_here("inspect", lift).out
     assert "animation 1: 'slide', 1 s (--time poses it)" in text
-    assert "1 lights of its own" in text
+    assert "1 light of its own" in text
 
 
 def test_render_poses_and_takes_the_files_own_lights(umbra_here, lift, tmp_path):
