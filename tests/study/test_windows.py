@@ -186,6 +186,26 @@ def test_a_slim_window_in_a_deep_frame_looks_across_its_pane(opacity):
     assert found.width == pytest.approx(0.5 if opacity < 1 else 0.7)
 
 
+def test_glass_that_is_no_window_is_told():
+    glass = umbra.Material(opacity=0.2)
+    front, fixed = (("IfcCurtainWall", "Glass"), ("IfcCurtainWall", "IfcWindow"))
+    scene = umbra.make_scene([
+        make_element((0, 0, 1), (1, 0.1, 2), material=glass),
+        make_element((2, 0, 0), (4, 0.1, 3), "front", front[0], tags=front[1:], material=glass),
+        make_element((4, 0, 0), (6, 0.1, 3), "front", front[0], tags=front[1:], material=glass),
+        make_element((6, 0, 0), (7, 0.1, 3), "vent", fixed[0], tags=fixed[1:], material=glass),
+        make_element((8, 0, 0), (9, 0.1, 2), "door", "IfcDoor", material=glass),
+        make_element((10, 0, 0), (11, 0.1, 2), "shut", "IfcDoor"),
+        make_element((12, 0, 0), (13, 0.1, 1), "table", "IfcFurniture", material=glass),
+    ])  # fmt: skip
+    result = umbra.shadow_study(scene, SITE, **DAY)
+    (note,) = result.result.laid.notes
+    assert list(result.windows["name"]) == ["w", "vent"]
+    assert "curtain walls 1, doors 1 (first: 'front')" in note
+    with pytest.raises(umbra.InputError, match="doors 1"):
+        umbra.shadow_study(umbra.make_scene([scene.parts[4]]), SITE, **DAY)
+
+
 def test_windows_of_surfaces_are_one_each():
     wall = umbra.Part("house", "WallSurface", umbra.Mesh(*box((-5, 0.01, 0), (5, 6, 5))))
     panes = [sheet([(x, 0, 1), (x + 1, 0, 1), (x + 1, 0, 3), (x, 0, 3)]) for x in (-3, 0, 2)]

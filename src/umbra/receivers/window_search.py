@@ -25,6 +25,8 @@ ELEMENTS = frozenset({"IfcWindow", "IfcWindowStandardCase"})
 """Kinds of parts that are windows with a thickness."""
 SURFACES = frozenset({"Window", "WindowSurface", "Aperture"})
 """Kinds of parts whose surfaces are windows."""
+_GLAZED = {"IfcCurtainWall": "curtain walls", "IfcDoor": "doors", "IfcPlate": "plates"}
+"""Kinds of parts of which some have glass that is no window, and what several are called."""
 _FRONT = 0.05  # distance before and behind a pane from which the side is judged [m]
 _FLAT = 1e-3  # distance from their plane of triangles that make one pane [m]
 _PARALLEL = 0.999
@@ -55,9 +57,9 @@ def find_model_windows(scene: Scene, casting: Casting) -> tuple[list[Window], li
     notes : list of str
         What was left out.
     """
-    panes = list_panes(scene)
+    panes, notes = list_panes(scene), _note_glazed(scene)
     if not panes:
-        return [], []
+        return [], notes
     centers, normals = (
         np.array([getattr(pane, k) for pane in panes]) for k in ("center", "normal")
     )
@@ -75,7 +77,6 @@ def find_model_windows(scene: Scene, casting: Casting) -> tuple[list[Window], li
                 storey=pane.storey, room=pane.room, is_of_model=True,
             )
         )  # fmt: skip
-    notes = []
     if is_inside.any():
         first = panes[int(np.flatnonzero(is_inside)[0])].name
         notes.append(
@@ -83,6 +84,22 @@ def find_model_windows(scene: Scene, casting: Casting) -> tuple[list[Window], li
             f"{int(is_inside.sum())} (first: '{first}')"
         )
     return _measure_reveals(windows, scene), notes
+
+
+def _note_glazed(scene: Scene) -> list[str]:
+    """Name the elements with glass, whole façades among them, that the model calls no windows."""
+    labels = scene.labels()
+    found: dict[str, dict[str, None]] = {}
+    for k, part in enumerate(scene.parts):
+        is_glass = part.kind in _GLAZED and part.material.opacity < 1
+        if is_glass and not _find_tagged(part):
+            found.setdefault(part.kind, {})[labels[k]] = None
+    if not found:
+        return []
+    counts = ", ".join(f"{_GLAZED[kind]} {len(names)}" for kind, names in sorted(found.items()))
+    first = next(iter(found[min(found)]))
+    note = f"glass outside windows is not judged: {counts} (first: '{first}'); give its panes in"
+    return [f"{note} a table (windows=)"]
 
 
 def list_panes(scene: Scene) -> list[Window]:
