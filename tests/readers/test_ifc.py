@@ -61,6 +61,22 @@ def test_openings_are_cut_and_they_and_rooms_cast_nothing(tmp_path, measure):
     assert measure.open_edges(scene) == []
 
 
+def test_rooms_of_two_flats_that_are_called_alike_are_two(tmp_path, schema):
+    model = IfcFile(schema)
+    spaces = [("A102", "Living"), ("B102", "Living"), ("A103", "Kitchen"), ("Bath", None)]
+    spaces += [("Bed", None), ("Bed", None)]
+    ends = []
+    for k, (number, name) in enumerate(spaces):
+        space = model.root("IfcSpace", number, LongName=name)
+        window = model.box("IfcWindow", f"w{k}", (1, 0.1, 1), at=(2 * k, 0, 0))
+        model.root("IfcRelSpaceBoundary", None, RelatingSpace=space, RelatedBuildingElement=window)
+        ends.append(space.GlobalId)
+    scene = umbra.read(model.write(tmp_path / "a.ifc"))
+    rooms = [tag[6:] for part in scene.parts for tag in part.tags if tag.startswith("space=")]
+    assert rooms == ["Living (A102)", "Living (B102)", "Kitchen", "Bath", f"Bed ({ends[4]})",
+                     f"Bed ({ends[5]})"]  # fmt: skip
+
+
 def test_a_curtain_wall_is_one_thing_with_its_pieces(tmp_path):
     model = IfcFile()
     whole = model.root("IfcCurtainWall", "facade")

@@ -74,6 +74,24 @@ def test_rooms_of_one_name_are_of_their_flats(tmp_path):
     ]  # fmt: skip
 
 
+def test_rooms_with_numbers_are_asked_by_name_and_judged_each(tmp_path):
+    rule = write(tmp_path, """\
+  - name: sun
+    receivers: windows
+    dates: 03-21
+    every: 10min
+    at_least: 3h
+    rooms: [living]
+    of_each: room
+    one_is_enough: yes
+""")  # fmt: skip
+    given = windows(SPOTS, rooms=("Living (A102)", "Living (B102)"))
+    verdict = judge(make_model(WALL, WARSAW), rule, [given])
+    assert [(one.where, one.verdict) for one in verdict.findings] == [
+        ("Living (A102)", "fail"), ("Living (B102)", "pass"),
+    ]  # fmt: skip
+
+
 def test_a_share_of_flats_is_judged_on_every_date(tmp_path):
     """In June the sun passes over the wall, in December it does not."""
     rule = write(tmp_path, """\

@@ -21,6 +21,7 @@ from umbra.packages import need
 from umbra.readers.ifc_facts import (
     IfcWords,
     count_names,
+    count_rooms,
     describe_element,
     find_grade,
     find_map,
@@ -165,11 +166,11 @@ def _find_elements(file: Any) -> tuple[list[Any], list[IfcWords], int]:
         for product in sorted(file.by_type("IfcProduct"), key=lambda product: product.id())
         if product.Representation and not any(product.is_a(name) for name in LEFT_OUT)
     ]
-    uses = count_names(products)
+    uses, rooms = count_names(products), count_rooms(file)
     named, words, broken = [], [], 0
     for product in products:
         try:
-            words.append(describe_element(product, uses))
+            words.append(describe_element(product, uses, rooms))
         except (RuntimeError, AttributeError, TypeError):  # an entity that it names is no such
             broken += 1
         else:

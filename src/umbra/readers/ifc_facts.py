@@ -13,7 +13,15 @@ from umbra.packages import need
 from umbra.readers.georeference import is_known_crs, name_crs
 from umbra.readers.model import APART, FilePlace, tell_doubt
 
-__all__ = ["IfcWords", "count_names", "describe_element", "find_grade", "find_map", "find_place"]
+__all__ = [
+    "IfcWords",
+    "count_names",
+    "count_rooms",
+    "describe_element",
+    "find_grade",
+    "find_map",
+    "find_place",
+]
 
 
 def find_place(file: Any) -> tuple[FilePlace, list[str]]:
@@ -212,8 +220,13 @@ def count_names(products: Iterable[Any]) -> Counter[str]:
     return Counter(whole.Name for whole in wholes.values() if whole.Name)
 
 
-def describe_element(product: Any, uses: Counter[str]) -> IfcWords:
-    """Collect the name, class and tags of an element; ``uses`` are the elements of each name."""
+def count_rooms(file: Any) -> Counter[str]:
+    """Count the spaces of each name."""
+    return Counter(filter(None, map(_title, file.by_type("IfcSpace"))))
+
+
+def describe_element(product: Any, uses: Counter[str], rooms: Counter[str]) -> IfcWords:
+    """Collect the name, class and tags of an element; of each name so many elements and rooms."""
     element = need("ifcopenshell.util.element", "ifc", "IFC")
     chain = _ancestors(product)
     whole = chain[-1]
@@ -230,21 +243,30 @@ def describe_element(product: Any, uses: Counter[str]) -> IfcWords:
     storey = _find_storey(element.get_container(whole))
     words.append(storey)
     if product.is_a("IfcWindow") or product.is_a("IfcDoor"):
-        words += [f"storey={storey}" if storey else None, *_find_spaces(product)]
+        words += [f"storey={storey}" if storey else None, *_find_spaces(product, rooms)]
     skip = {name, whole.is_a(), "NOTDEFINED", "USERDEFINED"}
     tags = tuple(dict.fromkeys(str(w) for w in words if w and w not in skip))
     return IfcWords(name, whole.is_a(), tags, product.Name or product.GlobalId, product.is_a())
 
 
-def _find_spaces(product: Any) -> list[str]:
-    """Name the space that an opening serves, by the boundaries of spaces: ``space=Kitchen``."""
+def _find_spaces(product: Any, rooms: Counter[str]) -> list[str]:
+    """
+    Name the space that an opening serves, by the boundaries of spaces: ``space=Kitchen``.
+
+    The kitchens of two flats are two rooms: ``space=Kitchen (A103)``.
+    """
     for boundary in getattr(product, "ProvidesBoundaries", ()) or ():
         space = boundary.RelatingSpace
-        if space is not None and space.is_a("IfcSpace"):
-            name = getattr(space, "LongName", None) or space.Name
-            if name:
-                return [f"space={name}"]
+        name = _title(space) if space is not None and space.is_a("IfcSpace") else ""
+        if name:
+            number = space.Name if space.Name and space.Name != name else space.GlobalId
+            return [f"space={name} ({number})" if rooms[name] > 1 else f"space={name}"]
     return []
+
+
+def _title(space: Any) -> str:
+    """Return what people call a space: its long name, else its number."""
+    return getattr(space, "LongName", None) or space.Name or ""
 
 
 def _find_storey(container: Any) -> str | None:

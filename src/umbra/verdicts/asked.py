@@ -1,5 +1,8 @@
 """Which receivers a requirement asks of, and of which flat and room they are."""
 
+import re
+from collections.abc import Collection
+
 from umbra.rules.record import Requirement
 from umbra.verdicts.subjects import Subjects
 
@@ -15,7 +18,7 @@ def choose_asked(subjects: Subjects, requirement: Requirement) -> list[int]:
         low, high = requirement.facing
         chosen = [k for k in chosen if low - 1e-6 <= subjects.azimuths[k] % 360 <= high + 1e-6]
     if requirement.rooms and any(subjects.rooms):
-        chosen = [k for k in chosen if _fold(subjects.rooms[k]) in requirement.rooms]
+        chosen = [k for k in chosen if _is_called(subjects.rooms[k], requirement.rooms)]
     return chosen
 
 
@@ -43,6 +46,11 @@ def tell_choice(requirement: Requirement) -> str:
     if requirement.rooms:
         words.append(f"rooms {', '.join(requirement.rooms)}")
     return " and ".join(words)
+
+
+def _is_called(room: str, asked: Collection[str]) -> bool:
+    """Return whether a room is asked of, with or without a number in brackets at its end."""
+    return _fold(room) in asked or _fold(re.sub(r"\([^()]*\)\s*$", "", room)) in asked
 
 
 def _fold(room: str) -> str:
